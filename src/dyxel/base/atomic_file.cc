@@ -1,11 +1,11 @@
 #include "dyxel/base/atomic_file.h"
 
-#include <unistd.h>
-
 #include <atomic>
 #include <fstream>
 #include <sstream>
 #include <system_error>
+
+#include <unistd.h>
 
 #include "dyxel/base/error.h"
 

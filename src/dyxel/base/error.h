@@ -12,9 +12,9 @@ namespace dyxel {
 
 // Whose turn it is; the value is the program's exit status.
 enum class Fault {
-  kStage = 1,        // a stage could not reach a result
-  kUsage = 2,        // wrong command line or option
-  kInput = 3,        // bad input: a file of the capture or the project
+  kStage = 1,         // a stage could not reach a result
+  kUsage = 2,         // wrong command line or option
+  kInput = 3,         // bad input: a file of the capture or the project
   kInterrupted = 130  // stopped by the user, and resumable
 };
 

@@ -10,7 +10,8 @@
 
 namespace dyxel {
 
-// Collects bytes; Digest() is 32 hexadecimal digits. Not for security: it tells change from no change.
+// Collects bytes; Digest() is 32 hexadecimal digits. Not for security: it tells change from no
+// change.
 class Hasher {
  public:
   Hasher();

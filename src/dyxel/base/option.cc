@@ -81,12 +81,13 @@ OptionValue OptionRow::Value() const {
 }
 
 std::string FormatOption(const OptionValue& value) {
-  return std::visit(
-      Overloaded{[](bool v) { return std::string(v ? "true" : "false"); },
-                 [](const std::string& v) { return v; },
-                 [](const std::vector<std::string>& v) { return fmt::format("[{}]", fmt::join(v, ", ")); },
-                 [](auto v) { return fmt::format("{}", v); }},
-      value);
+  return std::visit(Overloaded{[](bool v) { return std::string(v ? "true" : "false"); },
+                               [](const std::string& v) { return v; },
+                               [](const std::vector<std::string>& v) {
+                                 return fmt::format("[{}]", fmt::join(v, ", "));
+                               },
+                               [](auto v) { return fmt::format("{}", v); }},
+                    value);
 }
 
 OptionRow& OptionTable::Find(std::string_view key) {

@@ -1,12 +1,11 @@
 #include "dyxel/base/progress.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "dyxel/base/log.h"
 
@@ -17,9 +16,8 @@ using Clock = std::chrono::steady_clock;
 
 std::string Duration(double seconds) {
   if (seconds < 60) return fmt::format("{:.0f} s", seconds);
-  return fmt::format("{:.0f} min {:02.0f} s",
-                     std::floor(seconds / 60),
-                     seconds - 60 * std::floor(seconds / 60));
+  return fmt::format(
+      "{:.0f} min {:02.0f} s", std::floor(seconds / 60), seconds - 60 * std::floor(seconds / 60));
 }
 
 double Seconds(Clock::duration d) { return std::chrono::duration<double>(d).count(); }
@@ -70,7 +68,12 @@ void ProgressBar::Finish() {
   if (GetVerbosity() == Verbosity::kQuiet) return;
   const std::scoped_lock lock(mutex_);
   const std::string spent = Duration(Seconds(Clock::now() - start_));
-  fmt::print(stderr, "{}{:<14} {}{}\n", open_ ? "\r" : "", label_, spent, open_ ? std::string(50, ' ') : "");
+  fmt::print(stderr,
+             "{}{:<14} {}{}\n",
+             open_ ? "\r" : "",
+             label_,
+             spent,
+             open_ ? std::string(50, ' ') : "");
   open_ = false;
 }
 

@@ -1,0 +1,57 @@
+// The kinematic chain: joints with limited degrees of freedom, and poses.
+//
+// Body frame: x forward, y to the body's left, z up; the rest pose stands upright with the arms
+// held away from the body, the origin on the floor under the pelvis. At rest every joint frame is
+// the body frame moved to the joint.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "dyxel/math/rigid.h"
+
+namespace dyxel {
+
+// One hinge. A joint's rotation is the product of its hinges' in their order, the first outermost.
+struct Dof {
+  std::string name;  // "l_knee_flexion"
+  Vec3d axis;        // unit, joint frame
+  double min = 0;    // radians
+  double max = 0;
+};
+
+struct Joint {
+  std::string name;  // segment that it moves: "pelvis", "l_upper_arm", …
+  int parent = -1;   // -1 for the root (joint 0); parents come before children
+  Vec3d offset;      // from the parent's joint to this one at rest, metres; root: rest position
+  std::vector<Dof> dofs;  // none for the root, which is free
+};
+
+struct Pose {
+  Vec3d root_translation = Vec3d::Zero();   // world position of the root joint
+  Quatd root_rotation = Quatd::Identity();  // world_from_body
+  std::vector<double> angles;               // (D) radians, all joints' dofs in order
+};
+
+struct Skeleton {
+  std::vector<Joint> joints;
+
+  [[nodiscard]] int NumDofs() const;
+  // Index of the first dof of each joint (J).
+  [[nodiscard]] std::vector<int> FirstDof() const;
+  // Rest position of each joint in the body frame (J).
+  [[nodiscard]] std::vector<Vec3d> RestPositions() const;
+  // world_from_joint (J). The root joint sits at root_translation in the world, turned by
+  // root_rotation: so that a pose with root_translation = joints[0].offset is the rest pose.
+  [[nodiscard]] std::vector<Rigid> Forward(const Pose& pose) const;
+  [[nodiscard]] Pose RestPose() const;
+  [[nodiscard]] int FindJoint(const std::string& name) const;  // -1 where there is none
+};
+
+// A pose and its confidence for every frame of a sequence.
+struct Motion {
+  std::vector<Pose> poses;         // [frames]
+  std::vector<double> confidence;  // [frames] in [0, 1]: how well the silhouettes agree
+};
+
+}  // namespace dyxel

@@ -1,0 +1,45 @@
+// Foreground masks from background plates (method.md 1).
+#pragma once
+
+#include <span>
+
+#include "dyxel/base/option.h"
+#include "dyxel/image/image.h"
+
+namespace dyxel {
+
+struct SilhouetteOptions {
+  double noise_threshold = 6;
+  double shadow_tolerance = 0.3;
+  int smooth_radius = 2;
+
+  template <class Self, class Field>
+  static void Describe(Self& o, Field&& field) {
+    field(o.noise_threshold,
+          {.name = "noise_threshold",
+           .unit = "sigma",
+           .min = 1,
+           .max = 100,
+           .help = "distance from the plate, in its noise, above which a pixel is the person"});
+    field(o.shadow_tolerance,
+          {.name = "shadow_tolerance",
+           .min = 0,
+           .max = 1,
+           .help =
+               "how much darker the plate may get with its colour unchanged and still be shadow"});
+    field(o.smooth_radius,
+          {.name = "smooth_radius",
+           .unit = "px",
+           .min = 0,
+           .max = 10,
+           .help = "radius of the boundary's regularisation"});
+  }
+};
+
+// The mask (255 inside, 0 outside) of one picture [h][w][3] against its plates (each [h][w][3], at
+// least one): the largest component, holes filled.
+[[nodiscard]] ImageU8 ExtractSilhouette(const ImageF& picture,
+                                        std::span<const ImageF> plates,
+                                        const SilhouetteOptions& options = {});
+
+}  // namespace dyxel

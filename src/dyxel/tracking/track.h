@@ -1,0 +1,75 @@
+// The actor and its poses from silhouettes (method.md 2 and 3).
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "dyxel/base/option.h"
+#include "dyxel/base/progress.h"
+#include "dyxel/body/actor.h"
+#include "dyxel/capture/camera.h"
+#include "dyxel/image/image.h"
+
+namespace dyxel {
+
+// Masks of one sequence: masks[frame][camera], an empty image where that camera has no picture. The
+// cameras are those used for estimation.
+struct SilhouetteSet {
+  std::vector<Camera> cameras;
+  std::vector<std::vector<ImageU8>> masks;
+  Vec3d up = Vec3d::UnitZ();
+};
+
+struct ActorOptions {
+  int rounds = 3;
+  int max_frames = 24;
+
+  template <class Self, class Field>
+  static void Describe(Self& o, Field&& field) {
+    field(o.rounds,
+          {.name = "rounds", .min = 1, .max = 20, .help = "rounds of proportions and poses"});
+    field(o.max_frames,
+          {.name = "max_frames",
+           .unit = "frames",
+           .min = 1,
+           .max = 1000,
+           .help = "most frames that the proportions are fitted to, spread over the sequence"});
+  }
+};
+
+struct MotionOptions {
+  int max_iterations = 30;
+
+  template <class Self, class Field>
+  static void Describe(Self& o, Field&& field) {
+    field(o.max_iterations,
+          {.name = "max_iterations",
+           .unit = "steps",
+           .min = 1,
+           .max = 500,
+           .help = "most Gauss-Newton steps of a time step's pose"});
+  }
+};
+
+struct ActorFit {
+  Actor actor;
+  Proportions proportions;
+  Motion motion;  // of the sequence that it was fitted to
+};
+
+// Proportions of the template and the poses of the sequence (a RES, or any), without a hand-placed
+// start: place, facing and height are found from the silhouettes. Throws Error(kStage) where no
+// person is found.
+[[nodiscard]] ActorFit FitActor(const SilhouetteSet& silhouettes,
+                                const Actor& body_template,
+                                const ActorOptions& actor_options = {},
+                                const MotionOptions& motion_options = {},
+                                const ProgressFn& progress = {});
+
+// Poses of a sequence with a known actor. The first frame is found as FitActor finds its start.
+[[nodiscard]] Motion TrackMotion(const SilhouetteSet& silhouettes,
+                                 const Actor& actor,
+                                 const MotionOptions& options = {},
+                                 const ProgressFn& progress = {});
+
+}  // namespace dyxel

@@ -1,0 +1,61 @@
+// The relightable video in memory (asset-format.md): one actor, one DSS.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "dyxel/body/actor.h"
+#include "dyxel/image/image.h"
+#include "dyxel/mesh/atlas.h"
+#include "dyxel/reflectance/reflectance.h"
+
+namespace dyxel {
+
+// The maps of a surface in the atlas, gutters filled: what is rendered from.
+struct MaterialMaps {
+  std::string model;  // BRDF table's name
+  std::vector<Material> materials;
+  ImageF diffuse;     // [size][size][3] linear albedo
+  ImageF specular;    // [size][size][P]
+  ImageU8 material;   // [size][size][1]
+  ImageF confidence;  // [size][size][1]
+  ImageF normal;      // [size][size][3] unit, tangent frame: the RES's second pass
+};
+
+// A normal map that belongs to one instant; in between, spherical linear interpolation.
+struct NormalKey {
+  double frame = 0;  // in frames of the sequence
+  ImageF normal;     // [size][size][3] unit, tangent frame
+};
+
+struct RelightableVideo {
+  std::string name;      // capture's
+  std::string sequence;  // the DSS
+  double fps = 25;
+  Vec3d up = Vec3d::UnitZ();
+  Atlas atlas;
+  std::vector<Triangle> skin_triangles;  // (F) of skin vertices
+  // Either a skinned actor with its motion …
+  std::optional<Actor> actor;
+  Motion motion;
+  // … or given surfaces, world: [frames] of (V), and those whose normals they wear, if other.
+  std::vector<std::vector<Vec3f>> positions;
+  std::vector<std::vector<Vec3f>> normal_positions;
+  MaterialMaps maps;
+  std::vector<NormalKey> normals;
+
+  [[nodiscard]] int NumFrames() const {
+    return static_cast<int>(actor ? motion.poses.size() : positions.size());
+  }
+};
+
+// The normal map at a (fractional) frame: slerp between keys, clamped at the ends; the maps' own
+// where there are no keys.
+[[nodiscard]] ImageF NormalMapAt(const RelightableVideo& video, double frame);
+
+// The skin's positions at a (fractional) frame, world (V): poses interpolated (slerp), given
+// surfaces linearly.
+[[nodiscard]] std::vector<Vec3f> SkinPositionsAt(const RelightableVideo& video, double frame);
+
+}  // namespace dyxel
