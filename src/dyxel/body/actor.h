@@ -3,6 +3,7 @@
 
 #include <array>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "dyxel/body/skeleton.h"
@@ -20,6 +21,15 @@ struct Actor {
 
 // Skin positions in the world (V).
 [[nodiscard]] std::vector<Vec3f> SkinPositions(const Actor& actor, const Pose& pose);
+// The same into `out` (V), without allocating more than the joints' transforms.
+void SkinPositions(const Actor& actor, const Pose& pose, std::span<Vec3f> out);
+
+// World position of one skin vertex and its 3 × (6 + D) derivative by the pose (skeleton.h says
+// the order), written to `jacobian` (resized).
+Vec3d SkinVertexJacobian(const Actor& actor,
+                         const PoseDerivatives& derivatives,
+                         int vertex,
+                         PointJacobian& jacobian);
 
 // Sizes of a body relative to the template's, symmetric left and right.
 struct Proportions {

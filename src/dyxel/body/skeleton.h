@@ -5,6 +5,7 @@
 // the body frame moved to the joint.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -47,6 +48,41 @@ struct Skeleton {
   [[nodiscard]] Pose RestPose() const;
   [[nodiscard]] int FindJoint(const std::string& name) const;  // -1 where there is none
 };
+
+// What the derivatives of world positions by the pose's unknowns need, at one pose. The unknowns,
+// in the order used by MovePose() and every Jacobian: root translation (3, world), root rotation
+// (3, an increment multiplied from the left in the world, about the root joint), angles (D).
+//
+// A point x that moves with joint j has dx/d(translation) = I, dx/d(rotation) e_i = e_i × (x −
+// root), and dx/d(angle d) = axes[d] × (x − origins[d]) for every d in chains[j], 0 for others.
+struct PoseDerivatives {
+  std::vector<Rigid> world_from_joint;   // (J)
+  std::vector<Rigid> world_from_rest;    // (J) moves rest positions: the skinning transforms
+  std::vector<Vec3d> axes;               // (D) unit, world
+  std::vector<Vec3d> origins;            // (D) world
+  std::vector<std::vector<int>> chains;  // (J) dofs that move the joint's points, ascending
+
+  [[nodiscard]] int NumUnknowns() const { return 6 + static_cast<int>(axes.size()); }
+};
+
+[[nodiscard]] PoseDerivatives ComputePoseDerivatives(const Skeleton& skeleton, const Pose& pose);
+
+// 3 × (6 + D) columns of the derivative of world point `x` that moves with `joint`, written to
+// `jacobian` (resized).
+using PointJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+void JointPointJacobian(const PoseDerivatives& derivatives,
+                        int joint,
+                        const Vec3d& x,
+                        PointJacobian& jacobian);
+
+// world_from_rest of every joint (J): what skinning blends.
+[[nodiscard]] std::vector<Rigid> SkinTransforms(const Skeleton& skeleton, const Pose& pose);
+
+// The pose after a step of the 6 + D unknowns (order above); angles are not limited.
+[[nodiscard]] Pose MovePose(const Pose& pose, std::span<const double> step);
+
+// Angles clamped to the dofs' limits.
+[[nodiscard]] Pose ClampToLimits(const Skeleton& skeleton, const Pose& pose);
 
 // A pose and its confidence for every frame of a sequence.
 struct Motion {
