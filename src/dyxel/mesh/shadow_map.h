@@ -9,8 +9,8 @@
 
 namespace dyxel {
 
-// A depth map seen from an eye (perspective; its frustum fitted around the surface's bounding
-// sphere, the eye outside it) or along a direction (orthographic).
+// A depth map seen from an eye (perspective; fitted to the surface's outline as that eye sees it)
+// or along a direction (orthographic). Made of no surface it lets all light through.
 class ShadowMap {
  public:
   // From an eye (a lamp's or a camera's centre), world.
@@ -26,10 +26,12 @@ class ShadowMap {
 
   // Share in [0, 1] of a 3x3 neighbourhood of the map that reaches x (percentage-closer filter): 1
   // lit, 0 in shadow, between in a penumbra. `normal` offsets the look-up off the surface against
-  // acne.
+  // acne: it is exact but for some 3 texels around a shadow's edge. Thread-safe.
   [[nodiscard]] float Visible(const Vec3f& x, const Vec3f& normal) const;
 
  private:
+  void Draw(std::span<const Vec3f> positions, std::span<const Triangle> triangles);
+
   Mat4f map_from_world_ = Mat4f::Identity();
   bool perspective_ = true;
   Vec3f eye_ = Vec3f::Zero();  // or to_light

@@ -17,7 +17,8 @@ struct PosedSurface {
   std::vector<Vec3f>
       tangents;  // (C) unit, along growing u of parameterization I, normal to `normals`
   std::vector<float>
-      handedness;  // (C) ±1: bitangent = handedness · normal × tangent (glTF's TANGENT.w)
+      handedness;  // (C) ±1: bitangent = handedness · normal × tangent (glTF's TANGENT.w);
+                   // +1 where I shows the surface unmirrored: the bitangent is "up" in the image
 };
 
 // Normals and tangents for skin positions (V). With `normal_positions` (V) given, normals and

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "dyxel/math/types.h"
@@ -26,6 +27,13 @@ struct TriangleMesh {
 // PLY, ASCII or binary little endian, positions and faces (polygons are fanned). Throws
 // Error(kInput) with the file where it is damaged.
 [[nodiscard]] TriangleMesh ReadPly(const std::filesystem::path& path);
+
+// Further numbers of a PLY file's vertices by name ("s", "t" of texture coordinates; "sx" … of the
+// truth's shift): [name][vertex]. Empty where the file does not have all of them.
+[[nodiscard]] std::vector<std::vector<float>> ReadPlyVertexProperties(
+    const std::filesystem::path& path, std::span<const std::string> names);
+
+// Binary little endian, atomically.
 void WritePly(const std::filesystem::path& path, const TriangleMesh& mesh);
 
 }  // namespace dyxel
