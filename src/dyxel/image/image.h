@@ -1,6 +1,7 @@
 // Images in memory: interleaved channels, row major, the top row first.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -45,6 +46,18 @@ struct Rect {
   int height = 0;
   friend bool operator==(const Rect&, const Rect&) = default;
 };
+
+// The common part; empty (width or height 0) where there is none.
+[[nodiscard]] inline Rect Intersect(const Rect& a, const Rect& b) {
+  const std::int64_t x0 = a.x > b.x ? a.x : b.x;
+  const std::int64_t y0 = a.y > b.y ? a.y : b.y;
+  const std::int64_t x1 = std::min(std::int64_t{a.x} + a.width, std::int64_t{b.x} + b.width);
+  const std::int64_t y1 = std::min(std::int64_t{a.y} + a.height, std::int64_t{b.y} + b.height);
+  return {static_cast<int>(x0),
+          static_cast<int>(y0),
+          static_cast<int>(std::max<std::int64_t>(0, x1 - x0)),
+          static_cast<int>(std::max<std::int64_t>(0, y1 - y0))};
+}
 
 // A part of a camera's picture: pixel (x, y) of the full picture is image.At(x - window.x, y -
 // window.y).

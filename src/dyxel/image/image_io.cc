@@ -1,0 +1,79 @@
+#include "dyxel/image/image_io.h"
+
+#include <cctype>
+#include <string>
+
+#include "dyxel/base/error.h"
+
+namespace dyxel {
+namespace {
+
+std::string Extension(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return extension;
+}
+
+// The colours of a window of an image of 1 to 4 channels.
+template <class T>
+ImageF Colours(const Image<T>& image, const Rect& window) {
+  ImageF result(window.width, window.height, 3);
+  const auto channels = static_cast<std::size_t>(image.channels);
+  for (int y = 0; y < window.height; ++y) {
+    if (window.width == 0) break;
+    const T* source = &image.At(window.x, window.y + y);
+    float* target = &result.At(0, y);
+    const auto width = static_cast<std::size_t>(window.width);
+    for (std::size_t x = 0; x < width; ++x) {
+      for (std::size_t c = 0; c < 3; ++c) {
+        target[3 * x + c] = static_cast<float>(source[x * channels + (channels >= 3 ? c : 0)]);
+      }
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+bool IsPictureName(const std::filesystem::path& path) {
+  const std::string extension = Extension(path);
+  return extension == ".exr" || extension == ".png" || extension == ".tif" ||
+         extension == ".tiff" || extension == ".hdr";
+}
+
+StoredPicture ReadPicture(const std::filesystem::path& path, const std::optional<Rect>& window) {
+  const std::string extension = Extension(path);
+  StoredPicture picture;
+  const auto take = [&](const auto& image) {
+    picture.width = image.width;
+    picture.height = image.height;
+    const Rect all{0, 0, image.width, image.height};
+    picture.window = window ? Intersect(*window, all) : all;
+    picture.image = Colours(image, picture.window);
+  };
+  if (extension == ".exr") {
+    ExrPicture exr = ReadExrRgb(path, window);
+    picture.image = std::move(exr.image);
+    picture.window = exr.window;
+    picture.width = exr.width;
+    picture.height = exr.height;
+    picture.is_float = true;
+  } else if (extension == ".png") {
+    const PngImage png = ReadPng(path);
+    picture.white_level = png.bits == 16 ? 65535 : 255;
+    take(png.image);
+  } else if (extension == ".tif" || extension == ".tiff") {
+    const TiffImage tiff = ReadTiff(path);
+    picture.is_float = tiff.is_float;
+    picture.white_level = tiff.is_float ? 1 : tiff.bits == 16 ? 65535 : 255;
+    take(tiff.image);
+  } else if (extension == ".hdr") {
+    picture.is_float = true;
+    take(ReadRgbe(path));
+  } else {
+    throw FileError(path, "is of no kind of picture that is known", "Use .exr, .png, .tif or .hdr");
+  }
+  return picture;
+}
+
+}  // namespace dyxel
