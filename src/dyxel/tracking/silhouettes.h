@@ -10,8 +10,8 @@ namespace dyxel {
 
 struct SilhouetteOptions {
   double noise_threshold = 6;
-  double shadow_tolerance = 0.3;
-  int smooth_radius = 2;
+  double shadow_tolerance = 1;
+  int smooth_radius = 1;
 
   template <class Self, class Field>
   static void Describe(Self& o, Field&& field) {
@@ -32,7 +32,7 @@ struct SilhouetteOptions {
            .unit = "px",
            .min = 0,
            .max = 10,
-           .help = "radius of the boundary's regularisation"});
+           .help = "radius of the median that smooths the boundary; 0 leaves it"});
   }
 };
 
