@@ -194,6 +194,21 @@ TEST_F(ImageIo, DamagedFilesAreNamedAndMendable) {
   EXPECT_THAT(MessageOf([&] { (void)ReadPng(folder_ / "b.png"); }), HasSubstr("b.png"));
 }
 
+TEST_F(ImageIo, PngInMemoryIsTheFilesBytesAndRefusesLargePictures) {
+  ImageU16 image(5, 7, 2);
+  for (std::size_t i = 0; i < image.data.size(); ++i) {
+    image.data[i] = static_cast<std::uint16_t>(977 * i);
+  }
+  WritePng(folder_ / "m.png", image);
+  const std::string bytes = EncodePng(image);
+  EXPECT_EQ(bytes, ReadFile(folder_ / "m.png"));
+  const PngImage back = DecodePng(bytes, "m", 7);
+  EXPECT_EQ(back.bits, 16);
+  EXPECT_EQ(back.image.data, image.data);
+  EXPECT_THROW((void)DecodePng(bytes, "m", 6), Error);
+  EXPECT_THROW((void)DecodePng(bytes.substr(0, 60), "m"), Error);
+}
+
 TEST_F(ImageIo, PngRoundTrip) {
   for (int channels = 1; channels <= 4; ++channels) {
     ImageU8 eight(13, 7, channels);

@@ -3,6 +3,8 @@
 #include <bit>
 #include <cstring>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include <png.h>
@@ -22,6 +24,7 @@ struct Codec {
   const char* bytes = nullptr;
   std::size_t size = 0;
   std::size_t position = 0;
+  png_uint_32 max_side = 65536;
   // Writing.
   std::string out;
   // The picture.
@@ -64,7 +67,7 @@ bool Decode(Codec& codec) {
   codec.info = png_create_info_struct(codec.png);
   if (setjmp(png_jmpbuf(codec.png)) != 0) return false;
   png_set_read_fn(codec.png, &codec, OnRead);
-  png_set_user_limits(codec.png, 65536, 65536);
+  png_set_user_limits(codec.png, codec.max_side, codec.max_side);
   png_read_info(codec.png, codec.info);
   png_set_expand(codec.png);  // palettes, and grey of fewer than 8 bits
   if constexpr (std::endian::native == std::endian::little) png_set_swap(codec.png);
@@ -104,15 +107,11 @@ bool Encode(Codec& codec) {
   return true;
 }
 
-Codec ReadCodec(const std::filesystem::path& path) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) {
-    throw FileError(path, "there is no such file", "Check the name and the folder");
-  }
-  const std::string bytes = ReadFile(path);
+Codec DecodeCodec(std::string_view bytes, const std::filesystem::path& path, int max_side) {
   Codec codec;
   codec.bytes = bytes.data();
   codec.size = bytes.size();
+  codec.max_side = static_cast<png_uint_32>(max_side);
   const bool good = Decode(codec);
   png_destroy_read_struct(&codec.png, &codec.info, nullptr);
   if (!good) {
@@ -123,8 +122,29 @@ Codec ReadCodec(const std::filesystem::path& path) {
   return codec;
 }
 
+Codec ReadCodec(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) {
+    throw FileError(path, "there is no such file", "Check the name and the folder");
+  }
+  return DecodeCodec(ReadFile(path), path, 65536);
+}
+
+PngImage ToImage(const Codec& codec) {
+  PngImage result;
+  result.bits = codec.bits;
+  result.image =
+      ImageU16(static_cast<int>(codec.width), static_cast<int>(codec.height), codec.channels);
+  if (codec.bits == 16) {
+    std::memcpy(result.image.data.data(), codec.data.data(), codec.data.size());
+  } else {
+    std::copy(codec.data.begin(), codec.data.end(), result.image.data.begin());
+  }
+  return result;
+}
+
 template <class T>
-void Write(const std::filesystem::path& path, const Image<T>& image) {
+std::string Encode(const std::filesystem::path& path, const Image<T>& image) {
   Require(image.channels >= 1 && image.channels <= 4 && !image.empty(),
           Fault::kStage,
           "{}: a PNG picture can't have {} channels of {}x{} pixels.",
@@ -146,23 +166,15 @@ void Write(const std::filesystem::path& path, const Image<T>& image) {
   const bool good = Encode(codec);
   png_destroy_write_struct(&codec.png, &codec.info);
   Require(good, Fault::kStage, "{}: can't be packed as PNG ({}).", path.string(), codec.message);
-  WriteFile(path, codec.out);
+  return codec.out;
 }
 
 }  // namespace
 
-PngImage ReadPng(const std::filesystem::path& path) {
-  const Codec codec = ReadCodec(path);
-  PngImage result;
-  result.bits = codec.bits;
-  result.image =
-      ImageU16(static_cast<int>(codec.width), static_cast<int>(codec.height), codec.channels);
-  if (codec.bits == 16) {
-    std::memcpy(result.image.data.data(), codec.data.data(), codec.data.size());
-  } else {
-    std::copy(codec.data.begin(), codec.data.end(), result.image.data.begin());
-  }
-  return result;
+PngImage ReadPng(const std::filesystem::path& path) { return ToImage(ReadCodec(path)); }
+
+PngImage DecodePng(std::string_view bytes, const std::filesystem::path& name, int max_side) {
+  return ToImage(DecodeCodec(bytes, name, max_side));
 }
 
 ImageU8 ReadPngMask(const std::filesystem::path& path) {
@@ -181,7 +193,14 @@ ImageU8 ReadPngMask(const std::filesystem::path& path) {
   return mask;
 }
 
-void WritePng(const std::filesystem::path& path, const ImageU8& image) { Write(path, image); }
-void WritePng(const std::filesystem::path& path, const ImageU16& image) { Write(path, image); }
+void WritePng(const std::filesystem::path& path, const ImageU8& image) {
+  WriteFile(path, Encode(path, image));
+}
+void WritePng(const std::filesystem::path& path, const ImageU16& image) {
+  WriteFile(path, Encode(path, image));
+}
+
+std::string EncodePng(const ImageU8& image) { return Encode("a PNG in memory", image); }
+std::string EncodePng(const ImageU16& image) { return Encode("a PNG in memory", image); }
 
 }  // namespace dyxel

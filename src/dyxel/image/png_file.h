@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <string_view>
 
 #include "dyxel/image/image.h"
 
@@ -18,11 +20,21 @@ struct PngImage {
 };
 [[nodiscard]] PngImage ReadPng(const std::filesystem::path& path);
 
+// The same from a file's bytes in memory (a picture within another file); `name` is what an error
+// calls it. A picture of more than `max_side` pixels a side is refused.
+[[nodiscard]] PngImage DecodePng(std::string_view bytes,
+                                 const std::filesystem::path& name,
+                                 int max_side = 65536);
+
 // The first channel as 8 bits [h][w][1], 16 bits rounded: a mask or a label map.
 [[nodiscard]] ImageU8 ReadPngMask(const std::filesystem::path& path);
 
 // 1 to 4 channels; atomic, and the same input gives the same bytes. Throws Error(kStage).
 void WritePng(const std::filesystem::path& path, const ImageU8& image);
 void WritePng(const std::filesystem::path& path, const ImageU16& image);
+
+// The bytes that WritePng would write.
+[[nodiscard]] std::string EncodePng(const ImageU8& image);
+[[nodiscard]] std::string EncodePng(const ImageU16& image);
 
 }  // namespace dyxel
