@@ -8,6 +8,7 @@
 #include "dyxel/body/actor.h"
 #include "dyxel/image/image.h"
 #include "dyxel/mesh/atlas.h"
+#include "dyxel/mesh/surface.h"
 #include "dyxel/reflectance/reflectance.h"
 
 namespace dyxel {
@@ -56,6 +57,13 @@ struct RelightableVideo {
 
 // The skin's positions at a (fractional) frame, world (V): poses interpolated (slerp), given
 // surfaces linearly.
+// Throws Error(kUsage) for a video without frames.
 [[nodiscard]] std::vector<Vec3f> SkinPositionsAt(const RelightableVideo& video, double frame);
+
+// The positions whose normals the surface wears (V); empty where those are the skin's own.
+[[nodiscard]] std::vector<Vec3f> NormalPositionsAt(const RelightableVideo& video, double frame);
+
+// The posed surface of a (fractional) frame: SkinPositionsAt and NormalPositionsAt together.
+[[nodiscard]] PosedSurface SurfaceAt(const RelightableVideo& video, double frame);
 
 }  // namespace dyxel

@@ -1,0 +1,25 @@
+// Linear pictures for the eye: display scale, clamp, sRGB curve (measures.md).
+#pragma once
+
+#include <optional>
+
+#include "dyxel/image/image.h"
+#include "dyxel/math/types.h"
+
+namespace dyxel {
+
+// The sRGB curve (IEC 61966-2-1) and its inverse on [0, 1]; values outside are clamped.
+[[nodiscard]] float SrgbFromLinear(float linear);
+[[nodiscard]] float LinearFromSrgb(float srgb);
+
+// `scale` times a linear picture, [h][w][3] or premultiplied [h][w][4], as 8 bits. With
+// `background` (linear, unscaled) an RGBA picture is laid over it and the result is [h][w][3];
+// without, it keeps straight (not premultiplied) alpha, as PNG wants it.
+[[nodiscard]] ImageU8 ToDisplay(const ImageF& picture,
+                                float scale,
+                                const std::optional<Rgb>& background = std::nullopt);
+
+// A normal pass for the eye: 0.5 + 0.5 n, over black where nothing is covered. [h][w][3].
+[[nodiscard]] ImageU8 NormalsToDisplay(const ImageF& normals);
+
+}  // namespace dyxel
