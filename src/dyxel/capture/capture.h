@@ -60,6 +60,14 @@ struct Capture {
 // Error(kInput) with the first thing wrong; `CheckCapture` lists all.
 [[nodiscard]] Capture LoadCapture(const std::filesystem::path& folder, double scale = 1);
 
+// The file of a frame: a picture, or the camera's video.
+[[nodiscard]] std::filesystem::path FramePath(const Capture&,
+                                              const Sequence&,
+                                              int camera,
+                                              int frame);
+// True where `images` names a video a camera.
+[[nodiscard]] bool IsVideo(const Sequence&);
+
 // True where the file of that frame is there (always so for videos).
 [[nodiscard]] bool HasFrame(const Capture&, const Sequence&, int camera, int frame);
 
@@ -73,7 +81,12 @@ struct Capture {
                                 int frame,
                                 const std::optional<Rect>& window = std::nullopt);
 
-// Plates of a camera, all of them (at least one), as ReadFrame gives pictures; empty without any.
+// The stored value from which a pixel of that sequence is clipped, as a radiance before the colour
+// matrix: 1 for integers (more for 8 bits with a smaller white level), infinity for float files.
+[[nodiscard]] float SaturationOf(const Capture&, const Sequence&, int camera);
+
+// Plates of a camera, all of them (at least one; several are numbered from 0), as ReadFrame gives
+// pictures; empty without any.
 [[nodiscard]] std::vector<ImageF> ReadPlates(const Capture&, const Sequence&, int camera);
 
 // The given mask, 255 inside, or an empty image where the sequence has none.

@@ -42,17 +42,25 @@ bool IsPictureName(const std::filesystem::path& path) {
 }
 
 StoredPicture ReadPicture(const std::filesystem::path& path, const std::optional<Rect>& window) {
+  return ReadPicture(path, [&](int width, int height) {
+    return window ? *window : Rect{0, 0, width, height};
+  });
+}
+
+StoredPicture ReadPicture(const std::filesystem::path& path,
+                          const std::function<Rect(int width, int height)>& window) {
   const std::string extension = Extension(path);
   StoredPicture picture;
   const auto take = [&](const auto& image) {
     picture.width = image.width;
     picture.height = image.height;
     const Rect all{0, 0, image.width, image.height};
-    picture.window = window ? Intersect(*window, all) : all;
+    picture.window = Intersect(window(image.width, image.height), all);
     picture.image = Colours(image, picture.window);
   };
   if (extension == ".exr") {
-    ExrPicture exr = ReadExrRgb(path, window);
+    const ExrInfo info = ReadExrInfo(path);
+    ExrPicture exr = ReadExrRgb(path, window(info.width, info.height));
     picture.image = std::move(exr.image);
     picture.window = exr.window;
     picture.width = exr.width;

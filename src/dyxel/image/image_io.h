@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 #include "dyxel/image/exr.h"
@@ -29,5 +30,10 @@ struct StoredPicture {
 // where it is missing, damaged or of an unknown kind.
 [[nodiscard]] StoredPicture ReadPicture(const std::filesystem::path& path,
                                         const std::optional<Rect>& window = std::nullopt);
+
+// The same, where the window depends on the file's size: `window(width, height)` is asked before
+// the pixels are unpacked, and may throw.
+[[nodiscard]] StoredPicture ReadPicture(const std::filesystem::path& path,
+                                        const std::function<Rect(int width, int height)>& window);
 
 }  // namespace dyxel
