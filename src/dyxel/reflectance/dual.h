@@ -32,6 +32,13 @@ struct Dual {
     return y;
   }
 
+  // f(value) of slope 1.
+  [[nodiscard]] Dual Chain1(const T& f) const {
+    Dual y = *this;
+    y.value = f;
+    return y;
+  }
+
   friend Dual operator-(const Dual& a) { return a.Chain(-a.value, T(-1)); }
   friend Dual operator+(const Dual& a, const Dual& b) {
     Dual y(a.value + b.value);
@@ -54,6 +61,11 @@ struct Dual {
     for (std::size_t i = 0; i < N; ++i) y.d[i] = (a.d[i] - y.value * b.d[i]) * inverse;
     return y;
   }
+  friend Dual operator*(const Dual& a, const T& b) { return a.Chain(a.value * b, b); }
+  friend Dual operator*(const T& a, const Dual& b) { return b.Chain(a * b.value, a); }
+  friend Dual operator+(const Dual& a, const T& b) { return a.Chain1(a.value + b); }
+  friend Dual operator+(const T& a, const Dual& b) { return b.Chain1(a + b.value); }
+  friend Dual operator-(const Dual& a, const T& b) { return a.Chain1(a.value - b); }
   Dual& operator+=(const Dual& b) { return *this = *this + b; }
   Dual& operator-=(const Dual& b) { return *this = *this - b; }
   Dual& operator*=(const Dual& b) { return *this = *this * b; }
