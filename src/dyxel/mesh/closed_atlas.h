@@ -1,0 +1,52 @@
+// The atlas of a closed single skin (method.md 4): seam, charts, parameterizations I and II.
+#pragma once
+
+#include <span>
+
+#include "dyxel/base/option.h"
+#include "dyxel/mesh/atlas.h"
+
+namespace dyxel {
+
+struct AtlasOptions {
+  int size = 1024;
+  int gutter = 3;
+  bool limbs = true;
+  int packing_trials = 2000;
+
+  template <class Self, class Field>
+  static void Describe(Self& o, Field&& field) {
+    field(o.size,
+          {.name = "size", .unit = "texels", .min = 64, .max = 16384, .help = "texture's side"});
+    field(o.gutter,
+          {.name = "gutter",
+           .unit = "texels",
+           .min = 1,
+           .max = 32,
+           .help = "empty texels between charts, and at the texture's border"});
+    field(o.limbs,
+          {.name = "limbs",
+           .help = "limbs and head as charts of their own, packed tighter; false: one chart"});
+    field(o.packing_trials,
+          {.name = "packing_trials",
+           .min = 0,
+           .max = 1e6,
+           .help = "steps of the search for a tight packing"});
+  }
+};
+
+// Cuts the skin (positions (V), triangles (F) counter-clockwise from outside) open and maps it to
+// the plane twice. The skin must be closed, manifold, in one piece and without handles.
+// - The seam is a tree of shortest paths over hidden ground between the extremities.
+// - I: border free, least symmetric Dirichlet energy, charts packed into the texture. The image is
+//   not mirrored: u to the right and v down as the surface is seen from outside.
+// - II: the skin cut along the seam alone, its border on the unit square, same orientation.
+//   Copies that only I needs share their uv_ii.
+// No triangle is flipped and no two overlap in either (checked at the end). The first V cut
+// vertices are the skin's own. Deterministic for any number of threads.
+// Throws Error(kInput) for a skin of another kind, Error(kStage) where no such map was found.
+[[nodiscard]] Atlas MakeClosedAtlas(std::span<const Vec3f> positions,
+                                    std::span<const Triangle> triangles,
+                                    const AtlasOptions& options = {});
+
+}  // namespace dyxel
