@@ -166,7 +166,9 @@ template <Real T>
 struct NormalSolution {
   Triple<T> normal;
   Triple<T> rho;
-  T energy;  // (R4)
+  T energy;                  // (R4)
+  std::array<T, 2> slope;    // the normal's, x/z and y/z
+  std::array<T, 3> hessian;  // half the energy's, by the slopes: aa, ab, bb
 };
 
 // n = (a, b, 1) / |(a, b, 1)|, a and b at most kMaxSlope (about 68°).
@@ -269,7 +271,11 @@ class NormalSolver {
       if (!Any((Constant<T>(1e-6) < moved) | retry)) break;
     }
     const Triple<Dual<2, T>> n = NormalOf(a, b);
-    return {{n[0].value, n[1].value, n[2].value}, best_rho, at.cost};
+    return {{n[0].value, n[1].value, n[2].value},
+            best_rho,
+            at.cost,
+            {a, b},
+            {at.hessian[0][0], at.hessian[1][0], at.hessian[1][1]}};
   }
 
  private:
