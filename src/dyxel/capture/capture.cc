@@ -184,6 +184,23 @@ std::filesystem::path FramePath(const Capture& capture,
   return FilePath(capture, sequence.images, CameraOf(capture, camera), sequence.first + frame);
 }
 
+std::vector<std::filesystem::path> FrameFiles(const Capture& capture,
+                                              const Sequence& sequence,
+                                              int camera,
+                                              int frame) {
+  const Camera& cam = CameraOf(capture, camera);
+  std::vector<std::filesystem::path> files = {FramePath(capture, sequence, camera, frame)};
+  if (!sequence.background.empty()) {
+    for (int i = 0; i < std::max(1, sequence.background_count); ++i) {
+      files.push_back(FilePath(capture, sequence.background, cam, i));
+    }
+  }
+  if (!sequence.masks.empty()) {
+    files.push_back(FilePath(capture, sequence.masks, cam, sequence.first + frame));
+  }
+  return files;
+}
+
 bool IsVideo(const Sequence& sequence) {
   return !HasFrameField(sequence.images) && !IsPictureName(sequence.images);
 }

@@ -65,6 +65,11 @@ struct Capture {
                                               const Sequence&,
                                               int camera,
                                               int frame);
+// All files that a camera's frame is seen in: its picture (or video), its plates, its given mask.
+[[nodiscard]] std::vector<std::filesystem::path> FrameFiles(const Capture&,
+                                                            const Sequence&,
+                                                            int camera,
+                                                            int frame);
 // True where `images` names a video a camera.
 [[nodiscard]] bool IsVideo(const Sequence&);
 
