@@ -333,8 +333,8 @@ void ReadList(
     Fields& root, const std::string& key, bool required, std::vector<T>& target, Read&& read) {
   const Json* list = root.Find(key, required);
   if (list == nullptr) return;
-  if (!list->is_array() || list->size() > 10000) {
-    root.Fail(fmt::format("{} is {}, not a list of at most 10000", key, Describe(*list)),
+  if (!list->is_array() || list->size() > 1000) {
+    root.Fail(fmt::format("{} is {}, not a list of at most 1000", key, Describe(*list)),
               "Write objects in brackets");
     return;
   }
