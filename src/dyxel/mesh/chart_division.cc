@@ -15,6 +15,31 @@ namespace {
 constexpr int kStarts = 40;           // border vertices from which divisions are sought
 constexpr double kLeastShare = 0.01;  // of the chart's area, on each side
 constexpr std::size_t kMostCrossings = 400;
+constexpr int kHullPoints = 96;      // border points of which hulls are made
+constexpr double kCutPrice = 0.05;   // area that a cut has to save, over its length times the
+                                     // root of the chart's area
+
+// Twice the area of the convex hull (monotone chain). Sorts the points.
+double DoubleHullArea(std::vector<Vec2d>& points, std::vector<Vec2d>& hull) {
+  std::sort(points.begin(), points.end(), [](const Vec2d& a, const Vec2d& b) {
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  });
+  double area = 0;
+  for (int half = 0; half < 2; ++half) {
+    hull.clear();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const Vec2d& p = points[half == 0 ? i : points.size() - 1 - i];
+      while (hull.size() > 1 && DoubleArea(hull[hull.size() - 2], hull.back(), p) <= 0) {
+        hull.pop_back();
+      }
+      hull.push_back(p);
+    }
+    for (std::size_t i = 0; i + 1 < hull.size(); ++i) {
+      area += hull[i].x() * hull[i + 1].y() - hull[i].y() * hull[i + 1].x();
+    }
+  }
+  return area;
+}
 
 bool Cross(const Vec2d& a, const Vec2d& b, const Vec2d& c, const Vec2d& d) {
   const double abc = DoubleArea(a, b, c), abd = DoubleArea(a, b, d);
@@ -122,6 +147,79 @@ std::vector<int> FindDivision(std::span<const Vec3f> positions,
     for (int v = border[best_b]; v >= 0; v = paths.parent[v]) best_path.push_back(v);
   }
   return best_path;
+}
+
+TighterDivision FindTighterDivision(std::span<const Vec3f> positions,
+                                    std::span<const Triangle> triangles,
+                                    std::span<const Vec2d> uv,
+                                    std::span<const int> border) {
+  const int n = static_cast<int>(border.size());
+  // Points about evenly along the border.
+  std::vector<double> way(static_cast<std::size_t>(n) + 1, 0);
+  for (int i = 0; i < n; ++i) {
+    way[i + 1] = way[i] + (uv[border[(i + 1) % n]] - uv[border[i]]).norm();
+  }
+  std::vector<int> sample;
+  for (int i = 0; i < n; ++i) {
+    if (way[i] * kHullPoints >= way[n] * static_cast<double>(sample.size())) sample.push_back(i);
+  }
+  const int m = static_cast<int>(sample.size());
+  std::vector<Vec2d> points;
+  for (const int i : sample) points.push_back(uv[border[i]]);
+  double area = 0;
+  for (int i = 0; i < m; ++i) {
+    area += points[i].x() * points[(i + 1) % m].y() - points[i].y() * points[(i + 1) % m].x();
+  }
+  area /= 2;
+  std::vector<Vec2d> part = points, hull;
+  const double whole = DoubleHullArea(part, hull) / 2;
+
+  // A chord lies inside where it leaves both ends into the chart and meets no border between.
+  const auto inside = [&](int i, int j) {
+    const auto into = [&](int k, const Vec2d& to) {
+      const Vec2d &before = points[(k + m - 1) % m], &at = points[k], &after = points[(k + 1) % m];
+      const bool left_of_next = DoubleArea(at, after, to) > 0;
+      const bool left_of_previous = DoubleArea(before, at, to) > 0;
+      return DoubleArea(before, at, after) > 0 ? left_of_next && left_of_previous
+                                               : left_of_next || left_of_previous;
+    };
+    if (!into(i, points[j]) || !into(j, points[i])) return false;
+    for (int k = 0; k < m; ++k) {
+      const int next = (k + 1) % m;
+      if (k == i || k == j || next == i || next == j) continue;
+      if (Cross(points[i], points[j], points[k], points[next])) return false;
+    }
+    return true;
+  };
+  TighterDivision best;
+  int best_i = -1, best_j = -1;
+  for (int i = 0; i < m; ++i) {
+    for (int j = i + 2; j < m; ++j) {
+      const double price = kCutPrice * (points[i] - points[j]).norm() * std::sqrt(area);
+      if (whole - area - price <= best.saved || !inside(i, j)) continue;
+      part.assign(points.begin() + i, points.begin() + j + 1);
+      double hulls = DoubleHullArea(part, hull) / 2;
+      part.assign(points.begin() + j, points.end());
+      part.insert(part.end(), points.begin(), points.begin() + i + 1);
+      hulls += DoubleHullArea(part, hull) / 2;
+      const double saved = whole - hulls - price;
+      if (saved <= best.saved) continue;
+      best.saved = saved;
+      best_i = sample[i];
+      best_j = sample[j];
+    }
+  }
+  if (best_i < 0) return best;
+  const VertexGraph graph = MakeVertexGraph(triangles, static_cast<int>(positions.size()));
+  std::vector<char> blocked(positions.size(), 0);
+  for (const int v : border) blocked[v] = 1;
+  blocked[border[best_j]] = 0;
+  const Paths paths = ShortestPaths(graph, EdgeLengths(graph, positions),
+                                    std::array{border[best_i]}, blocked, border[best_j]);
+  if (!std::isfinite(paths.distance[border[best_j]])) return {};
+  for (int v = border[best_j]; v >= 0; v = paths.parent[v]) best.path.push_back(v);
+  if (best.path.size() == 2) return {};  // an edge of the border
+  return best;
 }
 
 }  // namespace dyxel::internal

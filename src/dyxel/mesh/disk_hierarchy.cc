@@ -1,7 +1,9 @@
 #include "dyxel/mesh/disk_hierarchy.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace dyxel::internal {
@@ -86,6 +88,7 @@ DiskHierarchy::DiskHierarchy(std::vector<Vec3d> positions,
   int count = static_cast<int>(positions_.size());
   std::vector<char> locked(positions_.size());
   std::vector<Candidate> candidates;
+  Ring ring;
   while (count > coarsest_vertices) {
     candidates.clear();
     for (int v = 0; v < static_cast<int>(positions_.size()); ++v) {
@@ -97,7 +100,7 @@ DiskHierarchy::DiskHierarchy(std::vector<Vec3d> positions,
       return a.cost != b.cost ? a.cost < b.cost : a.removed < b.removed;
     });
     // The dearest wait for a later level, where they may be cheap beside what is left.
-    candidates.resize(candidates.size() - candidates.size() / 4);
+    candidates.resize(candidates.size() - candidates.size() / 8);
     std::fill(locked.begin(), locked.end(), 0);
     levels_.emplace_back();
     for (const Candidate& candidate : candidates) {
@@ -105,9 +108,9 @@ DiskHierarchy::DiskHierarchy(std::vector<Vec3d> positions,
       if (locked[candidate.removed]) continue;
       if (next_[candidate.removed] >= 0 && border_length_ <= kShortestBorder) continue;
       // Neighbours may have changed since the costs were found: only where none was touched.
-      const std::vector<int> ring = Ring(candidate.removed);
-      if (CollapseCost(candidate.removed, candidate.kept) == kNever) continue;
-      for (const int w : ring) locked[w] = 1;
+      if (!FindRing(candidate.removed, ring)) continue;
+      if (CollapseCost(candidate.removed, candidate.kept, ring) == kNever) continue;
+      for (std::size_t i = 0; i < ring.size; ++i) locked[ring.vertex[i]] = 1;
       Apply(candidate);
       --count;
     }
@@ -118,21 +121,45 @@ DiskHierarchy::DiskHierarchy(std::vector<Vec3d> positions,
   }
 }
 
-std::vector<int> DiskHierarchy::Ring(int v) const {
-  std::vector<int> ring;
-  for (const int f : incident_[v]) {
-    for (const int w : triangles_[f]) {
-      if (w != v && std::find(ring.begin(), ring.end(), w) == ring.end()) ring.push_back(w);
-    }
-  }
-  return ring;
+std::size_t DiskHierarchy::Ring::Find(int v) const {
+  std::size_t i = 0;
+  while (i < size && vertex[i] != v) ++i;
+  return i;
 }
 
-double DiskHierarchy::CollapseCost(int v, int u) const {
+bool DiskHierarchy::FindRing(int v, Ring& ring) const {
+  ring.size = 0;
+  for (const int f : incident_[v]) {
+    for (const int w : triangles_[f]) {
+      if (w == v || ring.Find(w) < ring.size) continue;
+      if (ring.size == Ring::kMost) return false;
+      ring.vertex[ring.size++] = w;
+    }
+  }
+  return true;
+}
+
+double DiskHierarchy::CollapseCost(int v, int u, const Ring& ring) const {
   const bool on_border = next_[v] >= 0;
   if (on_border && next_[v] != u && previous_[v] != u) return kNever;
   const int expected = on_border ? 1 : 2;
   const int other = on_border ? (next_[v] == u ? previous_[v] : next_[v]) : -1;
+  // The two have no neighbours in common but the far corners of the vanishing triangles, and no
+  // edge between border vertices comes to be.
+  std::uint64_t joined = 0;
+  for (const int f : incident_[u]) {
+    for (const int w : triangles_[f]) {
+      const std::size_t i = w == u ? ring.size : ring.Find(w);
+      if (i < ring.size) joined |= std::uint64_t{1} << i;
+    }
+  }
+  if (std::popcount(joined) != expected) return kNever;
+  if (next_[u] >= 0) {
+    for (std::size_t i = 0; i < ring.size; ++i) {
+      const int w = ring.vertex[i];
+      if (w != u && w != other && next_[w] >= 0 && (joined >> i & 1U) == 0) return kNever;
+    }
+  }
   int vanishing = 0;
   double bend = 0;
   for (const int f : incident_[v]) {
@@ -156,17 +183,6 @@ double DiskHierarchy::CollapseCost(int v, int u) const {
     bend += (1 - cosine) + 0.05 * std::max(0.0, 0.5 - quality);
   }
   if (vanishing != expected) return kNever;
-  // The two have no neighbours in common but the far corners of the vanishing triangles, and no
-  // edge between border vertices comes to be.
-  int common = 0;
-  const std::vector<int> around_u = Ring(u);
-  for (const int w : Ring(v)) {
-    if (w == u) continue;
-    const bool joined = std::find(around_u.begin(), around_u.end(), w) != around_u.end();
-    common += joined ? 1 : 0;
-    if (!joined && w != other && next_[w] >= 0 && next_[u] >= 0) return kNever;
-  }
-  if (common != expected) return kNever;
   double cost = (positions_[u] - positions_[v]).squaredNorm() * (0.1 + bend);
   if (on_border) {
     const Vec3d along = (positions_[other] - positions_[u]).normalized();
@@ -178,15 +194,23 @@ double DiskHierarchy::CollapseCost(int v, int u) const {
 
 DiskHierarchy::Candidate DiskHierarchy::BestCollapse(int v) const {
   Candidate best{kNever, v, -1};
-  const auto consider = [&](int u) {
-    const double cost = CollapseCost(v, u);
-    if (cost < best.cost) best = {cost, v, u};
-  };
-  if (next_[v] >= 0) {
-    consider(next_[v]);
-    consider(previous_[v]);
-  } else {
-    for (const int u : Ring(v)) consider(u);
+  Ring ring;
+  if (!FindRing(v, ring)) return best;
+  // The shortest edges first: the next best cannot be much better than the first that will do.
+  std::array<std::pair<double, int>, Ring::kMost> edges;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < ring.size; ++i) {
+    const int u = ring.vertex[i];
+    if (next_[v] >= 0 && next_[v] != u && previous_[v] != u) continue;
+    edges[count++] = {(positions_[u] - positions_[v]).squaredNorm(), u};
+  }
+  std::sort(edges.begin(), edges.begin() + static_cast<std::ptrdiff_t>(count));
+  int good = 0;
+  for (std::size_t i = 0; i < count && good < 2; ++i) {
+    const double cost = CollapseCost(v, edges[i].second, ring);
+    if (cost == kNever) continue;
+    ++good;
+    if (cost < best.cost) best = {cost, v, edges[i].second};
   }
   return best;
 }

@@ -49,9 +49,16 @@ class DiskHierarchy {
     double cost;
     int removed, kept;
   };
+  // Neighbours of a vertex; those with more are left in the mesh.
+  struct Ring {
+    static constexpr std::size_t kMost = 32;
+    std::array<int, kMost> vertex;
+    std::size_t size = 0;
+    [[nodiscard]] std::size_t Find(int v) const;  // size if absent
+  };
+  [[nodiscard]] bool FindRing(int v, Ring& ring) const;
   [[nodiscard]] Candidate BestCollapse(int v) const;
-  [[nodiscard]] double CollapseCost(int v, int u) const;
-  [[nodiscard]] std::vector<int> Ring(int v) const;
+  [[nodiscard]] double CollapseCost(int v, int u, const Ring& ring) const;
   void Apply(const Candidate& candidate);
 
   std::vector<Vec3d> positions_;            // (V)

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
+#include <utility>
 
 #include "dyxel/base/error.h"
+#include "dyxel/mesh/adjacency.h"
 
 namespace dyxel::internal {
 namespace {
@@ -30,49 +32,44 @@ struct DisjointSets {
 
 std::vector<int> FindTwins(std::span<const Triangle> triangles, int num_vertices) {
   const int n = static_cast<int>(3 * triangles.size());
+  // Half-edges in order of their lower vertex (counting sort), then of the higher one.
   struct Key {
-    int low, high, half_edge;
+    int high, half_edge;
   };
-  std::vector<Key> keys(static_cast<std::size_t>(n));
+  std::vector<int> begin(static_cast<std::size_t>(num_vertices) + 1, 0);
+  const auto ends = [&](int h) {
+    return std::minmax({Origin(triangles, h), Origin(triangles, NextInTriangle(h))});
+  };
   for (int h = 0; h < n; ++h) {
     const int a = Origin(triangles, h), b = Origin(triangles, NextInTriangle(h));
-    Require(a >= 0 && a < num_vertices && a != b,
-            Fault::kInput,
-            "triangle {} has vertex {} of {}, or one vertex twice: clean the mesh first",
-            h / 3,
-            a,
+    Require(a >= 0 && a < num_vertices && b >= 0 && b < num_vertices && a != b, Fault::kInput,
+            "triangle {} has vertex {} of {}, or one vertex twice: clean the mesh first", h / 3, a,
             num_vertices);
-    keys[h] = {std::min(a, b), std::max(a, b), h};
+    ++begin[ends(h).first + 1];
   }
-  std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) {
-    if (a.low != b.low) return a.low < b.low;
-    if (a.high != b.high) return a.high < b.high;
-    return a.half_edge < b.half_edge;
-  });
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<Key> keys(static_cast<std::size_t>(n));
+  std::vector<int> fill(begin.begin(), begin.end() - 1);
+  for (int h = 0; h < n; ++h) keys[fill[ends(h).first]++] = {ends(h).second, h};
   std::vector<int> twins(static_cast<std::size_t>(n), -1);
-  for (int i = 0; i < n;) {
-    int j = i;
-    while (j < n && keys[j].low == keys[i].low && keys[j].high == keys[i].high) ++j;
-    Require(j - i <= 2,
-            Fault::kInput,
-            "edge {}-{} has {} triangles, so the skin is no manifold: remesh it",
-            keys[i].low,
-            keys[i].high,
-            j - i);
-    if (j - i == 2) {
+  for (int v = 0; v < num_vertices; ++v) {
+    std::sort(keys.begin() + begin[v], keys.begin() + begin[v + 1], [](const Key& a, const Key& b) {
+      return a.high != b.high ? a.high < b.high : a.half_edge < b.half_edge;
+    });
+    for (int i = begin[v], j = i; i < begin[v + 1]; i = j) {
+      while (j < begin[v + 1] && keys[j].high == keys[i].high) ++j;
+      Require(j - i <= 2, Fault::kInput,
+              "edge {}-{} has {} triangles, so the skin is no manifold: remesh it", v, keys[i].high,
+              j - i);
+      if (j - i < 2) continue;
       const int g = keys[i].half_edge, h = keys[i + 1].half_edge;
-      Require(Origin(triangles, g) != Origin(triangles, h),
-              Fault::kInput,
+      Require(Origin(triangles, g) != Origin(triangles, h), Fault::kInput,
               "triangles {} and {} disagree about the outside at edge {}-{}: make the skin's "
               "winding consistent",
-              g / 3,
-              h / 3,
-              keys[i].low,
-              keys[i].high);
+              g / 3, h / 3, v, keys[i].high);
       twins[g] = h;
       twins[h] = g;
     }
-    i = j;
   }
   return twins;
 }
@@ -117,25 +114,8 @@ void RequireSphere(std::span<const Triangle> triangles,
 }
 
 VertexGraph MakeVertexGraph(std::span<const Triangle> triangles, int num_vertices) {
-  std::vector<std::pair<int, int>> edges;
-  edges.reserve(6 * triangles.size());
-  for (const Triangle& t : triangles) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      edges.emplace_back(t[k], t[(k + 1) % 3]);
-      edges.emplace_back(t[(k + 1) % 3], t[k]);
-    }
-  }
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
-  VertexGraph graph;
-  graph.begin.assign(static_cast<std::size_t>(num_vertices) + 1, 0);
-  graph.neighbour.reserve(edges.size());
-  for (const auto& edge : edges) {
-    ++graph.begin[edge.first + 1];
-    graph.neighbour.push_back(edge.second);
-  }
-  std::partial_sum(graph.begin.begin(), graph.begin.end(), graph.begin.begin());
-  return graph;
+  VertexNeighbours neighbours = NeighboursOfVertices(triangles, num_vertices);
+  return {std::move(neighbours.begin), std::move(neighbours.index)};
 }
 
 CutMesh CutOpen(std::span<const Triangle> triangles,
