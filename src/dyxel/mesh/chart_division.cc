@@ -15,9 +15,9 @@ namespace {
 constexpr int kStarts = 40;           // border vertices from which divisions are sought
 constexpr double kLeastShare = 0.01;  // of the chart's area, on each side
 constexpr std::size_t kMostCrossings = 400;
-constexpr int kHullPoints = 96;      // border points of which hulls are made
-constexpr double kCutPrice = 0.05;   // area that a cut has to save, over its length times the
-                                     // root of the chart's area
+constexpr int kHullPoints = 96;     // border points of which hulls are made
+constexpr double kCutPrice = 0.05;  // area that a cut has to save, over its length times the
+                                    // root of the chart's area
 
 // Twice the area of the convex hull (monotone chain). Sorts the points.
 double DoubleHullArea(std::vector<Vec2d>& points, std::vector<Vec2d>& hull) {
@@ -214,8 +214,8 @@ TighterDivision FindTighterDivision(std::span<const Vec3f> positions,
   std::vector<char> blocked(positions.size(), 0);
   for (const int v : border) blocked[v] = 1;
   blocked[border[best_j]] = 0;
-  const Paths paths = ShortestPaths(graph, EdgeLengths(graph, positions),
-                                    std::array{border[best_i]}, blocked, border[best_j]);
+  const Paths paths = ShortestPaths(
+      graph, EdgeLengths(graph, positions), std::array{border[best_i]}, blocked, border[best_j]);
   if (!std::isfinite(paths.distance[border[best_j]])) return {};
   for (int v = border[best_j]; v >= 0; v = paths.parent[v]) best.path.push_back(v);
   if (best.path.size() == 2) return {};  // an edge of the border

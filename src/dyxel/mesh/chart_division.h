@@ -22,8 +22,8 @@ namespace dyxel::internal {
                                             std::span<const int> border,
                                             std::span<const std::array<int, 2>> crossings);
 
-// The cut that makes a chart pack better: between two border points that see each other in the plane,
-// least area of the two parts' convex hulls together, against the chart's own.
+// The cut that makes a chart pack better: between two border points that see each other in the
+// plane, least area of the two parts' convex hulls together, against the chart's own.
 struct TighterDivision {
   double saved = 0;       // area of the hulls saved, less a little for the cut's length
   std::vector<int> path;  // vertices of the chart, ends included; empty if nothing is saved

@@ -1,6 +1,7 @@
 #include "dyxel/mesh/chart_packing.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -119,7 +120,10 @@ double Drop(const Plan& plan,
     int best_x = 0;
     for (int x = 0; x + columns <= width; ++x) {
       float y = 0;
-      for (int c = 0; c < columns; ++c) y = std::max(y, skyline[x + c] - profile.bottom[c]);
+      for (int c = 0; c < columns && y + extent < best_score;) {
+        const int stop = std::min(columns, c + 32);
+        for (; c < stop; ++c) y = std::max(y, skyline[x + c] - profile.bottom[c]);
+      }
       if (y + extent < best_score) {
         best_score = y + extent;
         best_y = y;
@@ -165,83 +169,93 @@ Packing PackCharts(std::span<const std::vector<Vec2d>> borders,
   };
 
   Plan plan;
+  std::vector<Plan> candidates;
   plan.order.resize(static_cast<std::size_t>(n));
   std::iota(plan.order.begin(), plan.order.end(), 0);
   std::stable_sort(
       plan.order.begin(), plan.order.end(), [&](int a, int b) { return area[a] > area[b]; });
   plan.angle.assign(static_cast<std::size_t>(n), 0);
-  Random random(seed);
-  std::vector<float> skyline;
   const double search_gutter = static_cast<double>(gutter) * kSearchSize / size;
   const int search_width = kSearchSize - static_cast<int>(std::ceil(search_gutter));
-  double scale = std::sqrt(0.5 / total) * search_width;
-  // A few rounds, each at the scale at which the last one's best would just fit.
-  constexpr int kRounds = 4;
+  double scale = std::sqrt(0.55 / total) * search_width;
+  // A few rounds, each at the scale at which the last one's best would just fit. In each some
+  // searches of their own, which accept what is a little worse at first.
+  constexpr int kRounds = 3, kSearches = 4;
   for (int round = 0; round < kRounds; ++round) {
     make_profiles(scale, search_gutter);
-    double best = Drop(plan, profiles, search_width, skyline, nullptr);
-    for (int trial = 0; trial < trials / kRounds; ++trial) {
-      Plan other = plan;
-      const auto pick = [&] { return random.Below(static_cast<std::uint32_t>(n)); };
-      for (std::uint32_t change = 0; change <= random.Below(3); ++change) {
-        if (random.Below(2) == 0) {
-          std::swap(other.order[pick()], other.order[pick()]);
-        } else {
-          other.angle[pick()] = static_cast<int>(random.Below(kAngles));
+    std::array<Plan, kSearches> found;
+    std::array<double, kSearches> height;
+    ParallelFor(kSearches, [&](std::size_t search) {
+      Random random(seed, search + kSearches * static_cast<std::size_t>(round));
+      std::vector<float> skyline;
+      Plan now = plan;
+      double now_height = Drop(now, profiles, search_width, skyline, nullptr);
+      found[search] = now;
+      height[search] = now_height;
+      const int steps = trials / (kRounds * kSearches);
+      for (int step = 0; step < steps; ++step) {
+        Plan next = now;
+        const auto pick = [&] { return random.Below(static_cast<std::uint32_t>(n)); };
+        const std::uint32_t changes = 1 + random.Below(3);
+        for (std::uint32_t change = 0; change < changes; ++change) {
+          if (random.Below(2) == 0) {
+            std::swap(next.order[pick()], next.order[pick()]);
+          } else {
+            next.angle[pick()] = static_cast<int>(random.Below(kAngles));
+          }
         }
+        const double next_height = Drop(next, profiles, search_width, skyline, nullptr);
+        const double slack = 0.02 * (1 - static_cast<double>(step) / steps);
+        if (next_height > now_height * (1 + slack * static_cast<double>(random.Uniform())))
+          continue;
+        now = next;
+        now_height = next_height;
+        if (now_height >= height[search]) continue;
+        height[search] = now_height;
+        found[search] = now;
       }
-      const double height = Drop(other, profiles, search_width, skyline, nullptr);
-      if (height <= best) {
-        best = height;
-        plan = other;
-      }
-    }
-    if (best < kNone) {
-      scale *= std::pow(search_width / best, 0.5);
-    } else {
-      scale *= 0.7;
-    }
+    });
+    const auto best = std::min_element(height.begin(), height.end());
+    plan = found[best - height.begin()];
+    candidates.assign(found.begin(), found.end());
+    scale *= *best < kNone ? std::sqrt(search_width / *best) : 0.7;
   }
-
-  // The final scale, texel by texel.
+  // The final scale, texel by texel: where charts fall changes abruptly with it, so from above, the
+  // first that fits.
   const int width = size - gutter;
-  Packing packing;
-  packing.places.resize(static_cast<std::size_t>(n));
-  std::vector<Vec2d> places(static_cast<std::size_t>(n));
-  double fits = 0, step_up = 1.05;
-  double trial_scale = scale * size / kSearchSize;
-  double fails = kNone;
-  for (int step = 0; step < 24; ++step) {
-    for (int i = 0; i < n; ++i) {
-      profiles[i][plan.angle[i]] =
-          MakeProfile(borders[i], base_angle[i] + AngleOf(plan.angle[i]), trial_scale, gutter);
-    }
-    const double height = Drop(plan, profiles, width, skyline, &places);
-    if (height <= width) {
-      fits = trial_scale;
-      packing.texels_per_unit = fits;
-      for (int i = 0; i < n; ++i) {
-        packing.places[i].angle = base_angle[i] + AngleOf(plan.angle[i]);
-        packing.places[i].offset = places[i] + Vec2d::Constant(gutter / 2.0);
+  std::vector<Packing> packings(candidates.size());
+  ParallelFor(candidates.size(), [&](std::size_t i) {
+    const Plan& candidate = candidates[i];
+    std::vector<std::vector<Profile>> fine(static_cast<std::size_t>(n),
+                                           std::vector<Profile>(kAngles));
+    std::vector<float> skyline;
+    std::vector<Vec2d> places(static_cast<std::size_t>(n));
+    double trial = 1.08 * scale * size / kSearchSize;
+    for (int step = 0; step < 200; ++step, trial *= 0.995) {
+      for (int k = 0; k < n; ++k) {
+        fine[k][candidate.angle[k]] =
+            MakeProfile(borders[k], base_angle[k] + AngleOf(candidate.angle[k]), trial, gutter);
       }
-    } else {
-      fails = trial_scale;
+      if (Drop(candidate, fine, width, skyline, &places) > width) continue;
+      packings[i].texels_per_unit = trial;
+      for (int k = 0; k < n; ++k) {
+        packings[i].places.push_back({base_angle[k] + AngleOf(candidate.angle[k]),
+                                      places[k] + Vec2d::Constant(gutter / 2.0)});
+      }
+      return;
     }
-    if (fits == 0) {
-      trial_scale /= step_up;
-      step_up *= 1.1;
-    } else {
-      trial_scale = fails < kNone ? (fits + fails) / 2 : fits * 1.02;
-    }
-    if (fits > 0 && fails < fits * 1.0005) break;
-  }
-  Require(fits > 0,
+  });
+  const auto best =
+      std::max_element(packings.begin(), packings.end(), [](const Packing& a, const Packing& b) {
+        return a.texels_per_unit < b.texels_per_unit;
+      });
+  Require(best->texels_per_unit > 0,
           Fault::kStage,
           "the {} charts do not fit a texture of {} texels with a gutter of {}: raise atlas.size",
           n,
           size,
           gutter);
-  return packing;
+  return *best;
 }
 
 }  // namespace dyxel::internal

@@ -157,8 +157,9 @@ void TightenCharts(std::span<const Vec3f> positions,
     });
     divisions = std::move(fresh);
     const auto best = std::max_element(
-        divisions.begin(), divisions.end(),
-        [](const TighterDivision& a, const TighterDivision& b) { return a.saved < b.saved; });
+        divisions.begin(), divisions.end(), [](const TighterDivision& a, const TighterDivision& b) {
+          return a.saved < b.saved;
+        });
     if (best->path.empty() || best->saved < kLeastSaving * area) return;
     const Chart& divided = map.charts[best - divisions.begin()];
     std::vector<std::array<int, 2>> edges;
@@ -206,8 +207,13 @@ ChartMap MapCharts(std::span<const Vec3f> positions,
         return;
       }
       chart.border = DiskBoundary(chart.triangles, static_cast<int>(chart.vertices.size()));
-      chart.uv = FlattenFree(chart.positions, chart.triangles);
-      const auto crossings = BorderCrossings(BorderInPlane(chart));
+      FreeMap flat = FlattenFree(chart.positions, chart.triangles, true);
+      chart.uv = std::move(flat.uv);
+      auto crossings = BorderCrossings(BorderInPlane(chart));
+      if (crossings.empty() && !flat.finished) {
+        chart.uv = FlattenFree(chart.positions, chart.triangles).uv;
+        crossings = BorderCrossings(BorderInPlane(chart));
+      }
       if (crossings.empty()) return;
       const std::vector<int> path =
           FindDivision(chart.positions, chart.triangles, chart.uv, chart.border, crossings);

@@ -12,7 +12,7 @@ struct AtlasOptions {
   int size = 1024;
   int gutter = 3;
   bool limbs = true;
-  int packing_trials = 2000;
+  int packing_trials = 4000;
 
   template <class Self, class Field>
   static void Describe(Self& o, Field&& field) {

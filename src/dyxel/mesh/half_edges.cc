@@ -42,8 +42,11 @@ std::vector<int> FindTwins(std::span<const Triangle> triangles, int num_vertices
   };
   for (int h = 0; h < n; ++h) {
     const int a = Origin(triangles, h), b = Origin(triangles, NextInTriangle(h));
-    Require(a >= 0 && a < num_vertices && b >= 0 && b < num_vertices && a != b, Fault::kInput,
-            "triangle {} has vertex {} of {}, or one vertex twice: clean the mesh first", h / 3, a,
+    Require(a >= 0 && a < num_vertices && b >= 0 && b < num_vertices && a != b,
+            Fault::kInput,
+            "triangle {} has vertex {} of {}, or one vertex twice: clean the mesh first",
+            h / 3,
+            a,
             num_vertices);
     ++begin[ends(h).first + 1];
   }
@@ -58,15 +61,22 @@ std::vector<int> FindTwins(std::span<const Triangle> triangles, int num_vertices
     });
     for (int i = begin[v], j = i; i < begin[v + 1]; i = j) {
       while (j < begin[v + 1] && keys[j].high == keys[i].high) ++j;
-      Require(j - i <= 2, Fault::kInput,
-              "edge {}-{} has {} triangles, so the skin is no manifold: remesh it", v, keys[i].high,
+      Require(j - i <= 2,
+              Fault::kInput,
+              "edge {}-{} has {} triangles, so the skin is no manifold: remesh it",
+              v,
+              keys[i].high,
               j - i);
       if (j - i < 2) continue;
       const int g = keys[i].half_edge, h = keys[i + 1].half_edge;
-      Require(Origin(triangles, g) != Origin(triangles, h), Fault::kInput,
+      Require(Origin(triangles, g) != Origin(triangles, h),
+              Fault::kInput,
               "triangles {} and {} disagree about the outside at edge {}-{}: make the skin's "
               "winding consistent",
-              g / 3, h / 3, v, keys[i].high);
+              g / 3,
+              h / 3,
+              v,
+              keys[i].high);
       twins[g] = h;
       twins[h] = g;
     }

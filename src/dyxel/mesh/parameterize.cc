@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dyxel/base/error.h"
+#include "dyxel/mesh/chart_division.h"
 #include "dyxel/mesh/disk_hierarchy.h"
 #include "dyxel/mesh/flatten.h"
 #include "dyxel/mesh/half_edges.h"
@@ -11,7 +12,8 @@
 namespace dyxel::internal {
 namespace {
 
-constexpr int kCoarsestVertices = 300;
+// Where the maps start. A square's border makes II stiff, and worth a larger system.
+constexpr int kCoarsestFree = 300, kCoarsestSquare = 800;
 
 // Triangles around each vertex, as ranges of one array; a corner is 3·triangle + corner.
 struct Fans {
@@ -53,10 +55,14 @@ double FanEnergy(const FlatMesh& mesh, const Fans& fans, int v, const Vec2d& x) 
 }
 
 // One Newton step of vertex v alone, kept from turning a triangle over. |J|² is quadratic in the
-// vertex and det J linear, so the derivatives are exact and short. Returns what the energy fell by.
-double RelaxVertex(FlatMesh& mesh, const Fans& fans, int v, unsigned char freedom) {
+// vertex and det J linear, so the derivatives are exact and short.
+struct Relaxation {
+  double gain = 0;     // what the energy fell by
+  double density = 0;  // the energy before, over the area
+};
+Relaxation RelaxVertex(FlatMesh& mesh, const Fans& fans, int v, unsigned char freedom) {
   const Vec2d x = mesh.uv[v];
-  double energy = 0;
+  double energy = 0, area = 0;
   Vec2d gradient = Vec2d::Zero();
   Mat2d hessian = Mat2d::Zero();
   for (int i = fans.begin[v]; i < fans.begin[v + 1]; ++i) {
@@ -71,6 +77,7 @@ double RelaxVertex(FlatMesh& mesh, const Fans& fans, int v, unsigned char freedo
     const Vec2d dq = 2 * j * g;
     const Vec2d dd(j(1, 1) * g.x() - j(1, 0) * g.y(), j(0, 0) * g.y() - j(0, 1) * g.x());
     energy += rest.area * q * (1 + i2);
+    area += rest.area;
     gradient += rest.area * ((1 + i2) * dq - 2 * q * i3 * dd);
     hessian += rest.area * (2 * g.squaredNorm() * (1 + i2) * Mat2d::Identity() -
                             2 * i3 * (dq * dd.transpose() + dd * dq.transpose()) +
@@ -95,7 +102,7 @@ double RelaxVertex(FlatMesh& mesh, const Fans& fans, int v, unsigned char freedo
     step[axis] = -gradient[axis] / std::max(std::abs(hessian(axis, axis)), 1e-300);
   }
   const double slope = gradient.dot(step);
-  if (!(slope < 0)) return 0;
+  if (!(slope < 0)) return {0, energy / area};
   // Longest step with every triangle on its side: areas are linear in x.
   double length = 1;
   for (int i = fans.begin[v]; i < fans.begin[v + 1]; ++i) {
@@ -110,14 +117,16 @@ double RelaxVertex(FlatMesh& mesh, const Fans& fans, int v, unsigned char freedo
     const double after = FanEnergy(mesh, fans, v, trial);
     if (after <= energy + 1e-4 * length * slope) {
       mesh.uv[v] = trial;
-      return energy - after;
+      return {energy - after, energy / area};
     }
   }
-  return 0;
+  return {0, energy / area};
 }
 
 // Gauss-Seidel sweeps to and fro until one gains less than `tolerance` of the energy.
 void Relax(FlatMesh& mesh, const Freedom& freedom, int max_sweeps, double tolerance) {
+  constexpr double kDense = 20;  // five times an isometry's
+  constexpr int kMostSteps = 8;
   const Fans fans = MakeFans(mesh.triangles, mesh.uv.size());
   const double energy = TotalEnergy(mesh);
   const int n = static_cast<int>(mesh.uv.size());
@@ -125,7 +134,13 @@ void Relax(FlatMesh& mesh, const Freedom& freedom, int max_sweeps, double tolera
     double gain = 0;
     for (int i = 0; i < n; ++i) {
       const int v = sweep % 2 == 0 ? i : n - 1 - i;
-      if (freedom[v] != 0) gain += RelaxVertex(mesh, fans, v, freedom[v]);
+      if (freedom[v] == 0) continue;
+      // A vertex just placed may sit in a corner of its ring: more steps at once.
+      for (int step = 0; step < kMostSteps; ++step) {
+        const Relaxation relaxation = RelaxVertex(mesh, fans, v, freedom[v]);
+        gain += relaxation.gain;
+        if (relaxation.density < kDense || relaxation.gain <= 0) break;
+      }
     }
     if (gain < tolerance * energy) break;
   }
@@ -163,10 +178,12 @@ void StartFlat(FlatMesh& flat, std::span<const int> border) {
 void GrowBack(DiskHierarchy& hierarchy,
               std::vector<Vec2d>& uv,
               const Freedom& freedom,
-              bool straight_border) {
+              bool straight_border,
+              bool relax = true) {
   int failures = 0;
   while (!hierarchy.AtFinest()) {
     failures += hierarchy.Refine(uv, straight_border);
+    if (!relax) continue;
     DiskHierarchy::Level level = hierarchy.Current();
     FlatMesh flat{std::move(level.triangles), std::move(level.rest), {}};
     Freedom level_freedom;
@@ -185,8 +202,9 @@ void GrowBack(DiskHierarchy& hierarchy,
 
 }  // namespace
 
-std::vector<Vec2d> FlattenFree(std::span<const Vec3f> positions,
-                               std::span<const Triangle> triangles) {
+FreeMap FlattenFree(std::span<const Vec3f> positions,
+                    std::span<const Triangle> triangles,
+                    bool give_up_on_overlap) {
   const Disk disk = MakeDisk(positions, triangles);
   std::vector<Vec2d> uv(positions.size(), Vec2d::Zero());
   const double radius = disk.perimeter / (2 * kPiD);
@@ -196,8 +214,9 @@ std::vector<Vec2d> FlattenFree(std::span<const Vec3f> positions,
   }
   const std::vector<char> kept(positions.size(), 0);
   DiskHierarchy hierarchy(
-      disk.positions, {triangles.begin(), triangles.end()}, disk.border, kept, kCoarsestVertices);
+      disk.positions, {triangles.begin(), triangles.end()}, disk.border, kept, kCoarsestSquare);
   const Freedom freedom(positions.size(), 3);
+  bool finished = true;
   {
     const DiskHierarchy::Level level = hierarchy.Current();
     FlatMesh flat{level.triangles, level.rest, {}};
@@ -205,9 +224,14 @@ std::vector<Vec2d> FlattenFree(std::span<const Vec3f> positions,
     StartFlat(flat, level.border);
     DescendNewton(flat, Freedom(flat.uv.size(), 3), 100, 1e-5);
     for (std::size_t i = 0; i < level.vertices.size(); ++i) uv[level.vertices[i]] = flat.uv[i];
+    if (give_up_on_overlap) {
+      std::vector<Vec2d> border;
+      for (const int v : level.border) border.push_back(flat.uv[v]);
+      finished = BorderCrossings(border).empty();
+    }
   }
-  GrowBack(hierarchy, uv, freedom, false);
-  return uv;
+  GrowBack(hierarchy, uv, freedom, false, finished);
+  return {std::move(uv), finished};
 }
 
 std::vector<Vec2d> FlattenToSquare(std::span<const Vec3f> positions,
@@ -254,7 +278,7 @@ std::vector<Vec2d> FlattenToSquare(std::span<const Vec3f> positions,
     kept[disk.border[from]] = 1;
   }
   DiskHierarchy hierarchy(
-      disk.positions, {triangles.begin(), triangles.end()}, disk.border, kept, kCoarsestVertices);
+      disk.positions, {triangles.begin(), triangles.end()}, disk.border, kept, kCoarsestSquare);
   {
     const DiskHierarchy::Level level = hierarchy.Current();
     FlatMesh flat{level.triangles, level.rest, {}};

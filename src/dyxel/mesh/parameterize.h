@@ -13,9 +13,16 @@ namespace dyxel::internal {
 // curve, or Tutte's embedding where that flips; then projected Newton descent of the symmetric
 // Dirichlet energy; then the mesh grows back to the full one, each level relaxed vertex by vertex.
 
-// A map with a free border, in the surface's metres (V). Free of flips; it may overlap itself.
-[[nodiscard]] std::vector<Vec2d> FlattenFree(std::span<const Vec3f> positions,
-                                             std::span<const Triangle> triangles);
+// A map with a free border, in the surface's metres. Free of flips; it may overlap itself. With
+// `give_up_on_overlap` a map that does so on the coarsest mesh is not improved any further: for a
+// chart that is then to be divided.
+struct FreeMap {
+  std::vector<Vec2d> uv;  // (V)
+  bool finished = true;
+};
+[[nodiscard]] FreeMap FlattenFree(std::span<const Vec3f> positions,
+                                  std::span<const Triangle> triangles,
+                                  bool give_up_on_overlap = false);
 
 // A map onto the unit square: the border runs along it counter-clockwise; its corners are border
 // vertices about a quarter of its length apart, and the others slide along their sides (V).

@@ -115,7 +115,7 @@ TEST(FlattenFree, LaysDevelopableSurfacesOutIsometrically) {
     return Vec3f(r * std::cos(5 * x), r * std::sin(5 * x), 1.5F * r);
   });
   for (const TriangleMesh* mesh : {&cylinder, &cone}) {
-    const std::vector<Vec2d> uv = FlattenFree(mesh->positions, mesh->triangles);
+    const std::vector<Vec2d> uv = FlattenFree(mesh->positions, mesh->triangles).uv;
     const FlatMesh flat = MakeFlat(*mesh, uv);
     EXPECT_EQ(CountFlips(flat), 0);
     EXPECT_NEAR(MeanEnergy(flat), 4, 0.002);
