@@ -10,6 +10,7 @@
 #include "dyxel/capture/light.h"
 #include "dyxel/image/image.h"
 #include "dyxel/mesh/atlas.h"
+#include "dyxel/mesh/shadow_map.h"
 #include "dyxel/mesh/surface.h"
 #include "dyxel/reflectance/dyxels.h"
 
@@ -18,6 +19,7 @@ namespace dyxel {
 struct TextureOptions {
   double grazing = 0.2;
   int rim = 2;
+  int shadow_size = 2048;
 
   template <class Self, class Field>
   static void Describe(Self& o, Field&& field) {
@@ -32,6 +34,12 @@ struct TextureOptions {
            .min = 0,
            .max = 20,
            .help = "distance from a silhouette or depth edge within which samples are dropped"});
+    field(o.shadow_size,
+          {.name = "shadow_size",
+           .unit = "px",
+           .min = 64,
+           .max = 16384,
+           .help = "side of the lamps' shadow maps"});
   }
 };
 
@@ -42,26 +50,38 @@ struct MvvTextures {
   std::vector<std::vector<float>> light_visibility;  // [light][K] λ in [0, 1]
 };
 
-// `pictures` and `masks` are [camera], cropped as they like (Picture::window); an empty picture
-// gives no samples. `saturation` is the radiance from which a pixel is clipped (infinity for EXR).
+// Samples every camera's picture at the K texels. A sample counts (weight > 0) where the camera
+// sees the texel (its depth map agrees), not within `rim` pixels of a depth edge or the outline,
+// not at grazing angles, not saturated, and where no lamp's penumbra or cone falloff lies on the
+// texel. `pictures` are [camera], cropped as they like (Picture::window); an empty picture gives no
+// samples. `saturation` [camera] is the radiance from which a pixel is clipped (infinity for float
+// files). λ is 0 or 1 where samples count, and in between in penumbrae. Parallel over cameras and
+// texels.
 [[nodiscard]] MvvTextures MakeMvvTextures(const Atlas& atlas,
                                           const TexelGrid& grid,
                                           const PosedSurface& surface,
                                           std::span<const Camera> cameras,
                                           std::span<const Picture> pictures,
                                           std::span<const Light> lights,
-                                          float saturation,
+                                          std::span<const float> saturation,
                                           const TextureOptions& options = {});
 
-// Writes frame `frame` of `tile` (sized; first_texel and texels set) from that time step's
-// textures: the directions to cameras and lights in the texels' tangent frames, irradiance times λ,
-// radiance.
+// The shadow map of a light, fitted to the surface.
+[[nodiscard]] ShadowMap MakeShadowMap(const Light& light,
+                                      std::span<const Vec3f> positions,
+                                      std::span<const Triangle> triangles,
+                                      int size);
+
+// Writes frame `frame` of `tile` (sized; first_texel and texels set) from a time step's textures:
+// the directions to cameras and lights in the texels' tangent frames, irradiance times λ, radiance.
+// `textures` holds texels from `first_texture_texel` on.
 void FillDyxelFrame(const Atlas& atlas,
                     const TexelGrid& grid,
                     const PosedSurface& surface,
                     std::span<const Camera> cameras,
                     std::span<const Light> lights,
                     const MvvTextures& textures,
+                    int first_texture_texel,
                     int frame,
                     DyxelTile& tile);
 

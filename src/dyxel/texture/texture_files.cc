@@ -1,0 +1,166 @@
+#include "dyxel/texture/texture_files.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "dyxel/base/error.h"
+#include "dyxel/base/parallel.h"
+#include "dyxel/image/exr.h"
+
+namespace dyxel {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr int kTileTexels = 16384;
+const std::vector<std::string> kTextureChannels = {"R", "G", "B", "A"};
+
+std::vector<std::string> LightChannels(std::size_t count) {
+  std::vector<std::string> names;
+  for (std::size_t l = 0; l < count; ++l) names.push_back(fmt::format("light{:03}", l));
+  return names;
+}
+
+ImageF ReadRows(
+    const fs::path& file, int size, int y0, int y1, const std::vector<std::string>& channels) {
+  const ExrImage rows = ReadExrRows(file, y0, y1, channels);
+  if (rows.image.width != size || rows.image.height != y1 - y0) {
+    throw FileError(file, "is not of the atlas' size", "Delete the folder textures/ and run again");
+  }
+  return rows.image;
+}
+
+}  // namespace
+
+std::vector<fs::path> MvvTextureFiles(const fs::path& folder,
+                                      std::span<const std::string> camera_names) {
+  std::vector<fs::path> files;
+  for (const std::string& name : camera_names) files.push_back(folder / (name + ".exr"));
+  files.push_back(folder / "lights.exr");
+  return files;
+}
+
+void WriteMvvTextures(const fs::path& folder,
+                      std::span<const std::string> camera_names,
+                      const TexelGrid& grid,
+                      const MvvTextures& textures) {
+  const std::vector<fs::path> files = MvvTextureFiles(folder, camera_names);
+  const std::size_t num_lights = textures.light_visibility.size();
+  ParallelFor(files.size(), [&](std::size_t i) {
+    const bool is_camera = i < camera_names.size();
+    const int channels = is_camera ? 4 : std::max(1, static_cast<int>(num_lights));
+    ImageF map(grid.size, grid.size, channels);
+    for (std::size_t k = 0; k < grid.count(); ++k) {
+      float* to =
+          &map.data[static_cast<std::size_t>(grid.pixel[k]) * static_cast<std::size_t>(channels)];
+      if (is_camera) {
+        std::copy_n(&textures.radiance[i][3 * k], 3, to);
+        to[3] = textures.weight[i][k];
+      } else {
+        for (std::size_t l = 0; l < num_lights; ++l) to[l] = textures.light_visibility[l][k];
+      }
+    }
+    WriteExr(files[i],
+             map,
+             is_camera ? kTextureChannels : LightChannels(static_cast<std::size_t>(channels)),
+             ExrType::kHalf,
+             ExrPacking::kLine);
+  });
+}
+
+MvvTextures ReadMvvTextures(const fs::path& folder,
+                            std::span<const std::string> camera_names,
+                            int num_lights,
+                            const TexelGrid& grid,
+                            int begin,
+                            int end) {
+  const auto count = static_cast<std::size_t>(end - begin);
+  MvvTextures textures;
+  textures.radiance.assign(camera_names.size(), std::vector<float>(3 * count));
+  textures.weight.assign(camera_names.size(), std::vector<float>(count));
+  textures.light_visibility.assign(static_cast<std::size_t>(num_lights), std::vector<float>(count));
+  if (count == 0) return textures;
+  const int y0 = grid.pixel[static_cast<std::size_t>(begin)] / grid.size;
+  const int y1 = grid.pixel[static_cast<std::size_t>(end - 1)] / grid.size + 1;
+  const auto offset = static_cast<std::size_t>(y0) * static_cast<std::size_t>(grid.size);
+  const auto at = [&](std::size_t i) {
+    return static_cast<std::size_t>(grid.pixel[static_cast<std::size_t>(begin) + i]) - offset;
+  };
+  const std::vector<fs::path> files = MvvTextureFiles(folder, camera_names);
+  for (std::size_t c = 0; c < camera_names.size(); ++c) {
+    const ImageF rows = ReadRows(files[c], grid.size, y0, y1, kTextureChannels);
+    for (std::size_t i = 0; i < count; ++i) {
+      const float* from = &rows.data[4 * at(i)];
+      std::copy_n(from, 3, &textures.radiance[c][3 * i]);
+      textures.weight[c][i] = from[3];
+    }
+  }
+  if (num_lights == 0) return textures;
+  const ImageF rows = ReadRows(
+      files.back(), grid.size, y0, y1, LightChannels(static_cast<std::size_t>(num_lights)));
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t l = 0; l < static_cast<std::size_t>(num_lights); ++l) {
+      textures.light_visibility[l][i] = rows.data[at(i) * static_cast<std::size_t>(num_lights) + l];
+    }
+  }
+  return textures;
+}
+
+DyxelSource MakeDyxelSource(const Atlas& atlas,
+                            const TexelGrid& grid,
+                            std::vector<Camera> cameras,
+                            std::vector<DyxelStep> steps) {
+  DyxelSource source;
+  source.num_texels = static_cast<int>(grid.count());
+  source.tile_begin = {0};
+  for (int k = 1; k <= source.num_texels; ++k) {
+    const bool row_ends =
+        k == source.num_texels || grid.pixel[static_cast<std::size_t>(k)] / grid.size !=
+                                      grid.pixel[static_cast<std::size_t>(k - 1)] / grid.size;
+    if (row_ends && (k - source.tile_begin.back() >= kTileTexels || k == source.num_texels)) {
+      source.tile_begin.push_back(k);
+    }
+  }
+  struct Shared {
+    std::vector<Camera> cameras;
+    std::vector<std::string> camera_names;
+    std::vector<DyxelStep> steps;
+    std::size_t num_lights = 0;
+  };
+  const auto shared = std::make_shared<Shared>();
+  for (const Camera& camera : cameras) shared->camera_names.push_back(camera.name);
+  shared->cameras = std::move(cameras);
+  for (const DyxelStep& step : steps)
+    shared->num_lights = std::max(shared->num_lights, step.lights.size());
+  shared->steps = std::move(steps);
+  source.load = [shared, &atlas, &grid, begins = source.tile_begin](int index) {
+    DyxelTile tile;
+    tile.first_texel = begins[static_cast<std::size_t>(index)];
+    const int end = begins[static_cast<std::size_t>(index) + 1];
+    tile.Resize(end - tile.first_texel,
+                static_cast<int>(shared->steps.size()),
+                static_cast<int>(shared->cameras.size()),
+                static_cast<int>(shared->num_lights));
+    for (std::size_t f = 0; f < shared->steps.size(); ++f) {
+      const DyxelStep& step = shared->steps[f];
+      const MvvTextures textures = ReadMvvTextures(step.folder,
+                                                   shared->camera_names,
+                                                   static_cast<int>(step.lights.size()),
+                                                   grid,
+                                                   tile.first_texel,
+                                                   end);
+      FillDyxelFrame(atlas,
+                     grid,
+                     step.surface,
+                     shared->cameras,
+                     step.lights,
+                     textures,
+                     tile.first_texel,
+                     static_cast<int>(f),
+                     tile);
+    }
+    return tile;
+  };
+  return source;
+}
+
+}  // namespace dyxel
