@@ -172,8 +172,12 @@ TEST(RendererTest, ConstantEnvironmentOnConvexDiffuseSphereGivesAlbedoTimesRadia
   Lighting lighting;
   lighting.environment = environment;
   const Camera camera = CameraAbove(20, 64, 560);
-  const ImageF picture = Render(
-      scene.surface(), camera, lighting, Pass::kBeauty, {.samples = 1, .environment_lights = 512});
+  const ImageF picture =
+      Render(scene.surface(),
+             camera,
+             lighting,
+             Pass::kBeauty,
+             {.samples = 1, .environment_lights = 512, .environment_shadow_size = 64});
   double sum = 0;
   int count = 0;
   for (int y = 0; y < 64; ++y) {

@@ -146,9 +146,11 @@ void Bilinear(const ImageF& map, float u, float v, float* out) {
 }
 
 std::uint8_t NearestTexel(const ImageU8& map, float u, float v) {
-  const int x = std::clamp(static_cast<int>(u * static_cast<float>(map.width)), 0, map.width - 1);
-  const int y = std::clamp(static_cast<int>(v * static_cast<float>(map.height)), 0, map.height - 1);
-  return map.At(x, y);
+  const auto nearest = [](float at, int size) {
+    return static_cast<int>(
+        std::clamp(at * static_cast<float>(size), 0.0F, static_cast<float>(size - 1)));
+  };
+  return map.At(nearest(u, map.width), nearest(v, map.height));
 }
 
 void GatherSamples(const RenderSurface& surface,
