@@ -36,12 +36,12 @@ class Remesher {
       Split();
       Collapse();
       Flip();
-      Relax();
+      Relax(true);
     }
     // What is left is only made rounder.
     for (int i = 0; i < 3; ++i) {
       Flip();
-      Relax();
+      Relax(i < 2);
     }
     return Compact();
   }
@@ -246,11 +246,11 @@ class Remesher {
     }
   }
 
-  void Relax() {
+  void Relax(bool roughly) {
     std::vector<Vec3d> moved = positions_;
     ParallelForBlocks(positions_.size(), 256, [&](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) {
-        if (!faces_[v].empty()) moved[v] = Relaxed(static_cast<int>(v));
+        if (!faces_[v].empty()) moved[v] = Relaxed(static_cast<int>(v), roughly);
       }
     });
     positions_ = std::move(moved);
@@ -259,7 +259,7 @@ class Remesher {
     }
   }
 
-  [[nodiscard]] Vec3d Relaxed(int v) const {
+  [[nodiscard]] Vec3d Relaxed(int v, bool roughly) const {
     const Vec3d& x = positions_[At(v)];
     Vec3d mean = Vec3d::Zero();
     double count = 0;
@@ -275,7 +275,7 @@ class Remesher {
     if (border_[At(v)]) normal[1] = 0;
     normal.normalize();
     const Vec3d pull = mean - x;
-    Vec3d y = problem_.project(x + 0.7 * (pull - normal * normal.dot(pull)));
+    Vec3d y = problem_.project(x + 0.7 * (pull - normal * normal.dot(pull)), roughly);
     if (border_[At(v)]) y[1] = 0;
     return y;
   }

@@ -9,7 +9,8 @@ namespace dyxel {
 
 struct RemeshProblem {
   std::function<double(const Vec3d&)> edge_length;  // wanted at a point, metres
-  std::function<Vec3d(const Vec3d&)> project;       // the surface's point near one
+  // The surface's point near one, roughly in all rounds but the last.
+  std::function<Vec3d(const Vec3d&, bool roughly)> project;
   int rounds = 6;
 };
 

@@ -1,14 +1,15 @@
 #include "dyxel/body/shape.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace dyxel {
 namespace {
 
 constexpr double kFloorBlend = 0.006;
+constexpr std::size_t kMaxPrimitives = 255;
 
 double SmoothMin(double a, double b, double k) {
   if (k <= 0) return std::min(a, b);
@@ -124,10 +125,10 @@ void Prepare(ShapePrimitive& s) {
   }
 }
 
-// No primitive's distance is below this.
-double LowerBound(const ShapePrimitive& s, const Vec3d& x) {
-  const double outside = (x - s.bound_center).norm() - s.bound_radius;
-  return outside > 0 ? 0.5 * outside : -std::numeric_limits<double>::infinity();
+// Joins or carves the primitive at a point where the others so far give `d`.
+double Add(const ShapePrimitive& s, double d, const Vec3d& x) {
+  return s.op == ShapePrimitive::Op::kJoin ? SmoothMin(d, s.Distance(x), s.blend)
+                                           : SmoothMax(d, -s.Distance(x), s.blend);
 }
 
 }  // namespace
@@ -145,37 +146,71 @@ double ShapePrimitive::Distance(const Vec3d& x) const {
 }
 
 Shape::Shape(std::vector<ShapePrimitive> primitives) : primitives_(std::move(primitives)) {
-  for (ShapePrimitive& primitive : primitives_) Prepare(primitive);
+  assert(primitives_.size() <= kMaxPrimitives);
+  const auto n = static_cast<Eigen::Index>(primitives_.size());
+  for (Eigen::ArrayXd* array : {&ball_x_, &ball_y_, &ball_z_, &ball_radius_}) array->resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    ShapePrimitive& primitive = primitives_[static_cast<std::size_t>(i)];
+    Prepare(primitive);
+    ball_x_[i] = primitive.bound_center[0];
+    ball_y_[i] = primitive.bound_center[1];
+    ball_z_[i] = primitive.bound_center[2];
+    ball_radius_[i] = primitive.bound_radius;
+  }
 }
 
-double Shape::Distance(const Vec3d& x) const {
+// A primitive is skipped only where it would change nothing: no distance is less than half of that
+// to the ball around it.
+double Shape::DistanceAndNear(const Vec3d& x, Near* near) const {
+  constexpr double kSlack = 0.002;
+  using Bounds =
+      Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor, static_cast<int>(kMaxPrimitives)>;
+  const Bounds bounds =
+      0.5 *
+      (((ball_x_ - x[0]).square() + (ball_y_ - x[1]).square() + (ball_z_ - x[2]).square()).sqrt() -
+       ball_radius_);
   double d = 1e3;
-  for (const ShapePrimitive& s : primitives_) {
-    // Skipped only where it would change nothing.
-    if (s.op == ShapePrimitive::Op::kJoin) {
-      if (LowerBound(s, x) < d + s.blend) d = SmoothMin(d, s.Distance(x), s.blend);
-    } else {
-      if (LowerBound(s, x) < s.blend - d) d = SmoothMax(d, -s.Distance(x), s.blend);
-    }
+  for (std::size_t i = 0; i < primitives_.size(); ++i) {
+    const ShapePrimitive& s = primitives_[i];
+    const double bound = bounds[static_cast<Eigen::Index>(i)];
+    const double reach = s.blend + (s.op == ShapePrimitive::Op::kJoin ? d : -d) + kSlack;
+    if (bound > 0 && bound >= reach) continue;
+    d = Add(s, d, x);
+    if (near != nullptr) near->indices[near->count++] = static_cast<unsigned char>(i);
   }
   return SmoothMax(d, -x[2], kFloorBlend);
 }
 
-Vec3d Shape::Gradient(const Vec3d& x) const {
+double Shape::DistanceOf(const Near& near, const Vec3d& x) const {
+  double d = 1e3;
+  for (std::size_t i = 0; i < near.count; ++i) d = Add(primitives_[near.indices[i]], d, x);
+  return SmoothMax(d, -x[2], kFloorBlend);
+}
+
+Vec3d Shape::GradientOf(const Near& near, const Vec3d& x) const {
   constexpr double kStep = 2e-4;
   static const std::array<Vec3d, 4> kCorners = {
       Vec3d(1, -1, -1), Vec3d(-1, -1, 1), Vec3d(-1, 1, -1), Vec3d(1, 1, 1)};
   Vec3d sum = Vec3d::Zero();
-  for (const Vec3d& corner : kCorners) sum += corner * Distance(x + kStep * corner);
+  for (const Vec3d& corner : kCorners) sum += corner * DistanceOf(near, x + kStep * corner);
   return sum / (4 * kStep);
 }
 
-Vec3d Shape::Project(const Vec3d& x) const {
+double Shape::Distance(const Vec3d& x) const { return DistanceAndNear(x, nullptr); }
+
+Vec3d Shape::Gradient(const Vec3d& x) const {
+  Near near;
+  DistanceAndNear(x, &near);
+  return GradientOf(near, x);
+}
+
+Vec3d Shape::Project(const Vec3d& x, int steps) const {
   Vec3d y = x;
-  for (int i = 0; i < 3; ++i) {
-    const double d = Distance(y);
+  for (int i = 0; i < steps; ++i) {
+    Near near;
+    const double d = DistanceAndNear(y, &near);
     if (std::abs(d) < 2e-6) break;
-    const Vec3d g = Gradient(y);
+    const Vec3d g = GradientOf(near, y);
     const double g2 = g.squaredNorm();
     if (g2 < 1e-4) break;
     Vec3d step = g * (-d / g2);
@@ -190,7 +225,7 @@ double Shape::SegmentDistance(int segment, const Vec3d& x) const {
   double d = 1e3;
   for (const ShapePrimitive& s : primitives_) {
     if (s.segment != segment || s.op != ShapePrimitive::Op::kJoin) continue;
-    if (LowerBound(s, x) < d) d = std::min(d, s.Distance(x));
+    d = std::min(d, s.Distance(x));
   }
   return d;
 }

@@ -58,13 +58,23 @@ class Shape {
   [[nodiscard]] double Distance(const Vec3d& x) const;
   // Its gradient by differences of 0.4 mm.
   [[nodiscard]] Vec3d Gradient(const Vec3d& x) const;
-  // The point of the surface near `x` (Newton along the gradient, at most 20 mm).
-  [[nodiscard]] Vec3d Project(const Vec3d& x) const;
+  // The point of the surface near `x`: at most `steps` of Newton along the gradient, 20 mm each.
+  [[nodiscard]] Vec3d Project(const Vec3d& x, int steps = 3) const;
   // Distance of the joined primitives of one segment alone.
   [[nodiscard]] double SegmentDistance(int segment, const Vec3d& x) const;
 
  private:
+  // The primitives that matter within 1 mm of a point.
+  struct Near {
+    std::array<unsigned char, 255> indices{};
+    std::size_t count = 0;
+  };
+  double DistanceAndNear(const Vec3d& x, Near* near) const;
+  [[nodiscard]] double DistanceOf(const Near& near, const Vec3d& x) const;
+  [[nodiscard]] Vec3d GradientOf(const Near& near, const Vec3d& x) const;
+
   std::vector<ShapePrimitive> primitives_;
+  Eigen::ArrayXd ball_x_, ball_y_, ball_z_, ball_radius_;  // bounds of the primitives
 };
 
 // The mirror image in the plane y = 0, belonging to `segment`.

@@ -1,6 +1,7 @@
 #include "dyxel/body/skin_weights.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cstddef>
 #include <numeric>
 #include <utility>
@@ -11,6 +12,10 @@ namespace dyxel {
 namespace {
 
 constexpr std::size_t kBlock = 512;
+
+// The heat of every label at a vertex; in registers of eight.
+constexpr int kMaxJoints = 16;
+using Row = Eigen::Array<float, kMaxJoints, 1>;
 
 // Neighbours of every vertex, ascending.
 struct Rings {
@@ -44,6 +49,7 @@ Rings MakeRings(const TriangleMesh& mesh) {
 SkinWeights DiffuseLabels(const TriangleMesh& mesh, const SkinWeightProblem& problem) {
   const std::size_t num_vertices = mesh.positions.size();
   const std::size_t num_joints = problem.mirror_joints.size();
+  assert(num_joints <= kMaxJoints);
   const Rings rings = MakeRings(mesh);
   auto ring = [&](std::size_t v) {
     return std::span<const int>(rings.vertices)
@@ -66,22 +72,17 @@ SkinWeights DiffuseLabels(const TriangleMesh& mesh, const SkinWeightProblem& pro
   }
   constexpr float kMaxRate = 0.8F;
   const int steps = std::max(1, static_cast<int>(most / kMaxRate) + 1);
-  std::vector<float> now(num_vertices * num_joints, 0.0F);
-  for (std::size_t v = 0; v < num_vertices; ++v) {
-    now[v * num_joints + static_cast<std::size_t>(problem.labels[v])] = 1;
-  }
-  std::vector<float> next(now.size());
+  std::vector<Row> now(num_vertices, Row::Zero());
+  for (std::size_t v = 0; v < num_vertices; ++v) now[v][problem.labels[v]] = 1;
+  std::vector<Row> next(num_vertices);
   for (int step = 0; step < steps; ++step) {
     ParallelForBlocks(num_vertices, kBlock, [&](std::size_t begin, std::size_t end) {
       for (std::size_t v = begin; v < end; ++v) {
         const float rate = spread[v] / static_cast<float>(steps);
         const float share = rate / static_cast<float>(ring(v).size());
-        float* out = &next[v * num_joints];
-        for (std::size_t j = 0; j < num_joints; ++j) out[j] = (1 - rate) * now[v * num_joints + j];
-        for (const int w : ring(v)) {
-          const float* in = &now[static_cast<std::size_t>(w) * num_joints];
-          for (std::size_t j = 0; j < num_joints; ++j) out[j] += share * in[j];
-        }
+        Row sum = Row::Zero();
+        for (const int w : ring(v)) sum += now[static_cast<std::size_t>(w)];
+        next[v] = (1 - rate) * now[v] + share * sum;
       }
     });
     std::swap(now, next);
@@ -95,9 +96,8 @@ SkinWeights DiffuseLabels(const TriangleMesh& mesh, const SkinWeightProblem& pro
     for (std::size_t v = begin; v < end; ++v) {
       const auto other = static_cast<std::size_t>(problem.mirror_vertices[v]);
       for (std::size_t j = 0; j < num_joints; ++j) {
-        const auto mirrored = static_cast<std::size_t>(problem.mirror_joints[j]);
-        sorted[j] = {0.5F * (now[v * num_joints + j] + now[other * num_joints + mirrored]),
-                     static_cast<int>(j)};
+        const auto joint = static_cast<int>(j);
+        sorted[j] = {0.5F * (now[v][joint] + now[other][problem.mirror_joints[j]]), joint};
       }
       std::sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
         return a.first != b.first ? a.first > b.first : a.second < b.second;

@@ -18,7 +18,7 @@ struct SkinWeightProblem {
   std::span<const int> labels;           // (V) the joint that each vertex lies with
   std::span<const float> blend;          // (V) metres: standard deviation of the transition there
   std::span<const int> mirror_vertices;  // (V) the vertex of the other side
-  std::span<const int> mirror_joints;    // (J)
+  std::span<const int> mirror_joints;    // (J), J ≤ 16
 };
 
 // Heat that starts as the indicator of each label and spreads over the mesh's edges (random walk;

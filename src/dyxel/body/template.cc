@@ -24,7 +24,7 @@ const std::vector<Cut>& Cuts() {
       {kAbdomen, Vec3d::UnitZ(), 0.055},
       {kChest, Vec3d::UnitZ(), 0.060},
       {kHead, Vec3d(0.3, 0, 1).normalized(), 0.030},
-      {kLeftUpperArm, Vec3d(0, 0.98, -0.2).normalized(), 0.042},
+      {kLeftUpperArm, Vec3d(0, 0.98, -0.2).normalized(), 0.050},
       {kLeftLowerArm, BoneDirection(kLeftLowerArm), 0.026},
       {kLeftHand, BoneDirection(kLeftHand), 0.014},
       {kLeftThigh, Vec3d(0.15, 0.62, -0.77).normalized(), 0.050},
@@ -89,9 +89,10 @@ Actor MakeBuiltInTemplate() {
                                             {-0.20, 0.0, -0.02},
                                             {0.26, 0.78, 1.80},
                                             0.008);
-  const HalfMesh half = Remesh(rough,
-                               {.edge_length = TemplateEdgeLength,
-                                .project = [&](const Vec3d& x) { return shape.Project(x); }});
+  const HalfMesh half = Remesh(
+      rough, {.edge_length = TemplateEdgeLength, .project = [&](const Vec3d& x, bool roughly) {
+                return shape.Project(x, roughly ? 1 : 4);
+              }});
 
   // The right side is the left one's image; vertices of the middle are shared.
   const std::vector<Vec3d> rest = actor.skeleton.RestPositions();

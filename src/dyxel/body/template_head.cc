@@ -59,13 +59,13 @@ void AddHead(std::vector<ShapePrimitive>& parts) {
   const Vec3d x = Vec3d::UnitX();
   const Vec3d z = Vec3d::UnitZ();
   // Skull, forehead, jaw, cheeks, chin.
-  add(Ellipsoid(kHead, 0.02, {-0.008, 0, 1.658}, {0.098, 0.078, 0.091}));
-  add(Ellipsoid(kHead, 0.03, {-0.022, 0, 1.672}, {0.084, 0.079, 0.074}));
+  add(Ellipsoid(kHead, 0.02, {-0.006, 0, 1.658}, {0.096, 0.0755, 0.090}));
+  add(Ellipsoid(kHead, 0.03, {-0.018, 0, 1.670}, {0.081, 0.0765, 0.072}));
   add(Ellipsoid(kHead, 0.03, {0.030, 0, 1.635}, {0.062, 0.066, 0.080}));
-  add(Ellipsoid(kHead, 0.03, {0.036, 0, 1.578}, {0.052, 0.053, 0.052}));
+  add(Ellipsoid(kHead, 0.03, {0.036, 0, 1.578}, {0.052, 0.050, 0.053}));
   both(Ellipsoid(kHead, 0.02, {0.058, 0.040, 1.612}, {0.026, 0.024, 0.024}));
   add(RoundCone(kHead, 0.022, {0.074, -0.010, 1.541}, 0.016, {0.074, 0.010, 1.541}, 0.016));
-  both(RoundCone(kHead, 0.025, {0.000, 0.050, 1.580}, 0.018, {0.050, 0.030, 1.545}, 0.016));
+  both(RoundCone(kHead, 0.025, {0.000, 0.047, 1.583}, 0.016, {0.050, 0.027, 1.547}, 0.015));
   // Brow, sockets, eyes.
   both(RoundCone(kHead, 0.012, {0.084, 0.012, 1.662}, 0.010, {0.068, 0.050, 1.661}, 0.009));
   both(Ellipsoid(
@@ -75,14 +75,14 @@ void AddHead(std::vector<ShapePrimitive>& parts) {
   add(RoundCone(kHead, 0.010, {0.084, 0, 1.650}, 0.0075, {0.101, 0, 1.604}, 0.0095));
   both(Ellipsoid(kHead, 0.006, {0.092, 0.0115, 1.5990}, {0.0110, 0.0070, 0.0075}));
   // Lips and the line between.
-  add(Ellipsoid(kHead, 0.006, {0.083, 0, 1.5735}, {0.0110, 0.0230, 0.0060}));
-  add(Ellipsoid(kHead, 0.006, {0.081, 0, 1.5625}, {0.0110, 0.0200, 0.0065}));
+  add(Ellipsoid(kHead, 0.006, {0.083, 0, 1.5755}, {0.0115, 0.0225, 0.0075}));
+  add(Ellipsoid(kHead, 0.006, {0.081, 0, 1.5615}, {0.0115, 0.0195, 0.0080}));
   add(Ellipsoid(
-      kHead, 0.004, {0.096, 0, 1.5682}, {0.0070, 0.0240, 0.0018}, Mat3d::Identity(), Op::kCarve));
+      kHead, 0.005, {0.0970, 0, 1.5685}, {0.0090, 0.0215, 0.0026}, Mat3d::Identity(), Op::kCarve));
   // Ears.
   const Mat3d ear = Frame(x + Vec3d(0, 0.35, 0), z - 0.15 * x);
-  both(Ellipsoid(kHead, 0.006, {-0.012, 0.0795, 1.633}, {0.0180, 0.0310, 0.0075}, ear));
-  both(Ellipsoid(kHead, 0.005, {-0.004, 0.0885, 1.637}, {0.0085, 0.0170, 0.0050}, ear, Op::kCarve));
+  both(Ellipsoid(kHead, 0.006, {-0.012, 0.0815, 1.633}, {0.0190, 0.0320, 0.0085}, ear));
+  both(Ellipsoid(kHead, 0.005, {-0.004, 0.0925, 1.637}, {0.0090, 0.0180, 0.0060}, ear, Op::kCarve));
 }
 
 // Hand length 0.189 m (Drillis and Contini: 0.108 H): palm, four fingers side by side that touch,

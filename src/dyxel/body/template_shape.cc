@@ -217,7 +217,7 @@ double TemplateEdgeLength(const Vec3d& x) {
     length = std::min(length, kBody + (to - kBody) * share);
   };
   refine(0.0070, SmoothStep(1.46, 1.54, x[2]));
-  refine(0.0058, SmoothStep(1.50, 1.55, x[2]) * SmoothStep(0.02, 0.07, x[0]));
+  refine(0.0052, SmoothStep(1.50, 1.55, x[2]) * SmoothStep(0.02, 0.07, x[0]));
   refine(0.0085, SmoothStep(0.16, 0.08, x[2]));
   // Along the arm, from the middle of the shoulder.
   const double along =
