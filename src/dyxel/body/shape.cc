@@ -97,6 +97,11 @@ void Prepare(ShapePrimitive& s) {
     case ShapePrimitive::Kind::kEllipsoid:
       s.bound_center = s.a;
       s.bound_radius = s.radii.maxCoeff();
+      {
+        // Along a ray u the formula grows by |u/r|² / |u/r²|; Kantorovich's inequality bounds that.
+        const double flatness = s.radii.minCoeff() / s.radii.maxCoeff();
+        s.bound_slope = 2 * flatness / (1 + flatness * flatness);
+      }
       break;
     case ShapePrimitive::Kind::kLoft: {
       const std::size_t n = s.sections.size();
@@ -148,7 +153,9 @@ double ShapePrimitive::Distance(const Vec3d& x) const {
 Shape::Shape(std::vector<ShapePrimitive> primitives) : primitives_(std::move(primitives)) {
   assert(primitives_.size() <= kMaxPrimitives);
   const auto n = static_cast<Eigen::Index>(primitives_.size());
-  for (Eigen::ArrayXd* array : {&ball_x_, &ball_y_, &ball_z_, &ball_radius_}) array->resize(n);
+  for (Eigen::ArrayXd* array : {&ball_x_, &ball_y_, &ball_z_, &ball_radius_, &ball_slope_}) {
+    array->resize(n);
+  }
   for (Eigen::Index i = 0; i < n; ++i) {
     ShapePrimitive& primitive = primitives_[static_cast<std::size_t>(i)];
     Prepare(primitive);
@@ -156,11 +163,11 @@ Shape::Shape(std::vector<ShapePrimitive> primitives) : primitives_(std::move(pri
     ball_y_[i] = primitive.bound_center[1];
     ball_z_[i] = primitive.bound_center[2];
     ball_radius_[i] = primitive.bound_radius;
+    ball_slope_[i] = primitive.bound_slope;
   }
 }
 
-// A primitive is skipped only where it would change nothing: no distance is less than half of that
-// to the ball around it.
+// A primitive is skipped only where it would change nothing.
 double Shape::DistanceAndNear(const Vec3d& x, Near* near) const {
   constexpr double kSlack = 0.002;
   using Bounds =

@@ -19,8 +19,7 @@ struct LoftSection {
   double square = 0;  // 0: ellipse, 1: the superellipse of exponent 4
 };
 
-// One primitive, negative inside. `Distance` is a distance near the surface and never less than 0.5
-// times it farther out.
+// One primitive, negative inside.
 struct ShapePrimitive {
   enum class Kind { kRoundCone, kEllipsoid, kLoft };
   enum class Op { kJoin, kCarve };
@@ -43,7 +42,10 @@ struct ShapePrimitive {
 
   Vec3d bound_center = Vec3d::Zero();  // of a ball around it; set by Shape
   double bound_radius = 0;
+  double bound_slope = 1;  // Distance is at least this times the distance to that ball
 
+  // A signed distance to first order at the surface: exact for round cones, at least the true one
+  // for lofts (measured across the axis).
   [[nodiscard]] double Distance(const Vec3d& x) const;
 };
 
@@ -74,7 +76,7 @@ class Shape {
   [[nodiscard]] Vec3d GradientOf(const Near& near, const Vec3d& x) const;
 
   std::vector<ShapePrimitive> primitives_;
-  Eigen::ArrayXd ball_x_, ball_y_, ball_z_, ball_radius_;  // bounds of the primitives
+  Eigen::ArrayXd ball_x_, ball_y_, ball_z_, ball_radius_, ball_slope_;  // the primitives' bounds
 };
 
 // The mirror image in the plane y = 0, belonging to `segment`.

@@ -1,6 +1,5 @@
 // The built-in template: the description (template_parts.h) meshed, and its weights.
 #include <array>
-#include <cmath>
 #include <cstddef>
 
 #include "dyxel/body/actor.h"
@@ -47,7 +46,8 @@ LabelledVertex Label(const Shape& shape, const std::vector<Vec3d>& rest, const V
   for (const Cut& cut : Cuts()) {
     const Vec3d& joint = rest[static_cast<std::size_t>(cut.joint)];
     beyond[static_cast<std::size_t>(cut.joint)] = cut.normal.dot(x - joint);
-    const double weight = 1 / std::pow((x - joint).squaredNorm() + 1e-4, 2);
+    const double d2 = (x - joint).squaredNorm() + 1e-4;
+    const double weight = 1 / (d2 * d2);
     blend += weight * cut.blend;
     sum += weight;
   }

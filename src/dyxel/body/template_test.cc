@@ -107,6 +107,17 @@ TEST(Template, TrianglesAreNearlyEquilateral) {
   EXPECT_GT(least_angle * 180 / kPiD, 15);
 }
 
+TEST(Template, VerticesLieOnTheShape) {
+  const Shape shape = TemplateShape();
+  int off = 0;
+  for (const Vec3f& x : Template().skin.positions) {
+    const double distance = std::abs(shape.Distance(x.cast<double>()));
+    EXPECT_LT(distance, 1.5e-3);
+    off += distance > 1e-4 ? 1 : 0;
+  }
+  EXPECT_LT(off, 300);  // in creases: between fingers, behind ears
+}
+
 // Nearby triangles that share no vertex must not cross: each edge against each triangle of a grid.
 TEST(Template, SkinDoesNotCrossItself) {
   const TriangleMesh& skin = Template().skin;
