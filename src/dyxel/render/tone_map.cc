@@ -6,6 +6,7 @@
 
 #include "dyxel/base/error.h"
 #include "dyxel/base/parallel.h"
+#include "dyxel/image/sampling.h"
 
 namespace dyxel {
 namespace {
@@ -34,16 +35,6 @@ class SrgbTable {
 };
 
 }  // namespace
-
-float SrgbFromLinear(float linear) {
-  const float x = std::clamp(linear, 0.0F, 1.0F);
-  return x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1 / 2.4F) - 0.055F;
-}
-
-float LinearFromSrgb(float srgb) {
-  const float x = std::clamp(srgb, 0.0F, 1.0F);
-  return x <= 0.04045F ? x / 12.92F : std::pow((x + 0.055F) / 1.055F, 2.4F);
-}
 
 ImageU8 ToDisplay(const ImageF& picture, float scale, const std::optional<Rgb>& background) {
   Require(picture.channels == 3 || picture.channels == 4,

@@ -8,10 +8,6 @@
 
 namespace dyxel {
 
-// The sRGB curve (IEC 61966-2-1) and its inverse on [0, 1]; values outside are clamped.
-[[nodiscard]] float SrgbFromLinear(float linear);
-[[nodiscard]] float LinearFromSrgb(float srgb);
-
 // `scale` times a linear picture, [h][w][3] or premultiplied [h][w][4], as 8 bits. With
 // `background` (linear, unscaled) an RGBA picture is laid over it and the result is [h][w][3];
 // without, it keeps straight (not premultiplied) alpha, as PNG wants it.

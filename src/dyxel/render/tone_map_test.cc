@@ -5,6 +5,8 @@
 
 #include <gtest/gtest.h>
 
+#include "dyxel/image/sampling.h"
+
 namespace dyxel {
 namespace {
 

@@ -1,0 +1,67 @@
+// The measurements that Evaluate() is made of.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "dyxel/capture/truth.h"
+#include "dyxel/pipeline/evaluate.h"
+#include "dyxel/pipeline/metrics_file.h"
+#include "dyxel/pipeline/stages.h"
+#include "dyxel/video/relightable_video.h"
+
+namespace dyxel {
+
+// A picture of the report, with its place below the output folder.
+struct ReportPicture {
+  std::string title;
+  std::string file;
+};
+
+// What all measurements of one fit share.
+struct Evaluation {
+  const Job* job = nullptr;
+  const Truth* truth = nullptr;  // or none
+  std::filesystem::path output;
+  Metrics* metrics = nullptr;
+  std::vector<ReportPicture>* pictures = nullptr;
+};
+
+// Mask of a camera in a frame: the truth's where there is one, else the given or computed one.
+[[nodiscard]] ImageU8 RecordedMask(const Evaluation& e,
+                                   const Sequence& sequence,
+                                   int camera,
+                                   int frame);
+
+// The maps that frames of a sequence are shown with: the fit's, and as normal map the DSS's keys
+// for its own frames, the reflectance sequence's second pass for any other.
+class FrameMaps {
+ public:
+  FrameMaps(const Evaluation& e, const Sequence& sequence);
+  [[nodiscard]] const MaterialMaps& maps() const { return video_.maps; }
+  [[nodiscard]] ImageF NormalMap(int frame) const { return NormalMapAt(video_, frame); }
+
+ private:
+  RelightableVideo video_;
+};
+
+// silhouette.SEQ.…: against the truth's masks; nothing without a truth.
+void MeasureSilhouettes(const Evaluation& e, const Sequence& sequence);
+// tracking.SEQ.{iou, iou_worst, surface_mm, surface_p95_mm}.
+void MeasureTracking(const Evaluation& e, const Sequence& sequence);
+// atlas.{I,II}.…
+void MeasureAtlases(const Evaluation& e);
+// GROUP.SEQ.{psnr, …}: recorded beside rendered pictures of `cameras`.
+void MeasurePictures(const Evaluation& e,
+                     const std::string& group,
+                     const Sequence& sequence,
+                     const std::vector<int>& cameras);
+// normals.SEQ.… and albedo.SEQ.albedo_psnr, against the truth's passes.
+void MeasurePasses(const Evaluation& e, const Sequence& sequence);
+// coverage.{texels, half_vectors} and materials.NAME.…
+void MeasureReflectance(const Evaluation& e);
+// video.{bytes, bytes_per_frame, raw_bytes}.
+void MeasureVideo(const Evaluation& e);
+
+}  // namespace dyxel

@@ -1,0 +1,355 @@
+#include "dyxel/pipeline/stages.h"
+
+#include <algorithm>
+#include <set>
+
+#include "dyxel/base/error.h"
+#include "dyxel/base/parallel.h"
+#include "dyxel/body/motion_io.h"
+#include "dyxel/image/image_io.h"
+#include "dyxel/mesh/closed_atlas.h"
+#include "dyxel/mesh/given_atlas.h"
+#include "dyxel/pipeline/atlas_files.h"
+#include "dyxel/pipeline/reflectance_files.h"
+#include "dyxel/pipeline/stage_inputs.h"
+#include "dyxel/texture/texture_files.h"
+#include "dyxel/tracking/silhouettes.h"
+#include "dyxel/tracking/track.h"
+#include "dyxel/video/actor_gltf.h"
+#include "dyxel/video/gltf_write.h"
+
+namespace dyxel {
+namespace fs = std::filesystem;
+namespace {
+
+using Paths = std::vector<fs::path>;
+
+void Append(Paths& to, const Paths& from) { to.insert(to.end(), from.begin(), from.end()); }
+
+// The sequences of a job, each once, in the capture's order.
+std::vector<const Sequence*> AllSequences(const Job& job) {
+  std::set<std::string> names(job.reflectance.begin(), job.reflectance.end());
+  names.insert(job.dynamic.begin(), job.dynamic.end());
+  names.insert(job.validation.begin(), job.validation.end());
+  std::vector<const Sequence*> all;
+  for (const Sequence& s : job.project().capture.sequences) {
+    if (names.count(s.name) > 0) all.push_back(&s);
+  }
+  return all;
+}
+
+Paths MaskFiles(const Job& job, const Sequence& sequence) {
+  Paths files;
+  for (int frame = 0; frame < sequence.count; ++frame) {
+    for (const int camera : job.project().capture.EstimationCameras()) {
+      if (HasFrame(job.project().capture, sequence, camera, frame)) {
+        files.push_back(job.workspace->MaskFile(sequence.name, camera, frame));
+      }
+    }
+  }
+  return files;
+}
+
+SilhouetteSet LoadSilhouettes(const Job& job, const Sequence& sequence) {
+  const Capture& capture = job.project().capture;
+  SilhouetteSet set;
+  set.up = capture.up;
+  const std::vector<int> cameras = capture.EstimationCameras();
+  for (const int camera : cameras)
+    set.cameras.push_back(capture.cameras[static_cast<std::size_t>(camera)]);
+  set.masks.resize(static_cast<std::size_t>(sequence.count), std::vector<ImageU8>(cameras.size()));
+  ParallelFor(set.masks.size() * cameras.size(), [&](std::size_t i) {
+    const int frame = static_cast<int>(i / cameras.size());
+    const int camera = cameras[i % cameras.size()];
+    if (!HasFrame(capture, sequence, camera, frame)) return;
+    set.masks[i / cameras.size()][i % cameras.size()] =
+        ReadPngMask(job.workspace->MaskFile(sequence.name, camera, frame));
+  });
+  return set;
+}
+
+// ---------------------------------------------------------------------------------------------
+
+std::vector<Unit> SilhouetteUnits(const Job& job) {
+  std::vector<Unit> units;
+  if (job.project().HasGivenGeometry()) return units;
+  PipelineOptions options = job.project().options;
+  const std::string fingerprint = options.Table().Fingerprint("silhouettes");
+  for (const Sequence* sequence : AllSequences(job)) {
+    const auto plates = std::make_shared<PlateCache>(job.project().capture, *sequence);
+    for (int frame = 0; frame < sequence->count; ++frame) {
+      Unit unit;
+      unit.stage = "silhouettes";
+      unit.id = sequence->name + "/" + Project::FrameName(*sequence, frame);
+      unit.options = fingerprint;
+      std::vector<int> cameras;
+      for (const int camera : job.project().capture.EstimationCameras()) {
+        if (!HasFrame(job.project().capture, *sequence, camera, frame)) continue;
+        cameras.push_back(camera);
+        Append(unit.inputs, FrameFiles(job.project().capture, *sequence, camera, frame));
+        unit.outputs.push_back(job.workspace->MaskFile(sequence->name, camera, frame));
+      }
+      unit.run = [job, sequence, plates, cameras, frame](const ProgressFn&) {
+        const Project& project = job.project();
+        ParallelFor(cameras.size(), [&](std::size_t i) {
+          const int camera = cameras[i];
+          ImageU8 mask = ReadGivenMask(project.capture, *sequence, camera, frame);
+          if (mask.empty()) {
+            const Picture picture = ReadFrame(project.capture, *sequence, camera, frame);
+            mask =
+                ExtractSilhouette(picture.image, plates->Get(camera), project.options.silhouettes);
+          }
+          WritePng(job.workspace->MaskFile(sequence->name, camera, frame), mask);
+        });
+      };
+      units.push_back(std::move(unit));
+    }
+  }
+  return units;
+}
+
+// The sequence that the actor is fitted to: the project's first RES, or a DSS where there is none.
+const Sequence& ActorSequence(const Job& job) {
+  const Project& project = job.project();
+  for (const Sequence& s : project.capture.sequences) {
+    if (s.kind == SequenceKind::kReflectance) {
+      return project.capture.FindSequence(project.ReflectanceSequences().front());
+    }
+  }
+  return project.capture.sequences.front();
+}
+
+std::vector<Unit> ActorUnits(const Job& job) {
+  if (job.project().HasGivenGeometry()) return {};
+  const Sequence& sequence = ActorSequence(job);
+  Unit unit;
+  unit.stage = "actor";
+  unit.id = "actor";
+  PipelineOptions options = job.project().options;
+  const OptionTable table = options.Table();
+  unit.options = table.Fingerprint("actor") + table.Fingerprint("motion");
+  unit.inputs = MaskFiles(job, sequence);
+  unit.outputs = {job.workspace->ActorFile()};
+  unit.run = [job, &sequence](const ProgressFn& progress) {
+    const ActorFit fit = FitActor(LoadSilhouettes(job, sequence),
+                                  MakeBuiltInTemplate(),
+                                  job.project().options.actor,
+                                  job.project().options.motion,
+                                  progress);
+    WriteActor(job.workspace->ActorFile(), fit.actor);
+  };
+  return {unit};
+}
+
+std::vector<Unit> MotionUnits(const Job& job) {
+  std::vector<Unit> units;
+  if (job.project().HasGivenGeometry()) return units;
+  PipelineOptions options = job.project().options;
+  for (const Sequence* sequence : AllSequences(job)) {
+    Unit unit;
+    unit.stage = "motion";
+    unit.id = sequence->name;
+    unit.options = options.Table().Fingerprint("motion");
+    unit.inputs = MaskFiles(job, *sequence);
+    unit.inputs.push_back(job.workspace->ActorFile());
+    unit.outputs = {job.workspace->MotionFile(sequence->name)};
+    unit.run = [job, sequence](const ProgressFn& progress) {
+      const Actor& actor = job.workspace->actor();
+      const Motion motion = TrackMotion(
+          LoadSilhouettes(job, *sequence), actor, job.project().options.motion, progress);
+      WriteMotion(job.workspace->MotionFile(sequence->name), actor.skeleton, motion);
+    };
+    units.push_back(std::move(unit));
+  }
+  return units;
+}
+
+std::vector<Unit> AtlasUnits(const Job& job) {
+  Unit unit;
+  unit.stage = "atlas";
+  unit.id = "atlas";
+  PipelineOptions options = job.project().options;
+  unit.options = options.Table().Fingerprint("atlas");
+  const bool given = job.project().HasGivenGeometry();
+  const fs::path mesh_file =
+      given ? job.workspace->GivenMesh(job.project().ReflectanceSequences().front(), 0)
+            : fs::path();
+  unit.inputs = {given ? mesh_file : job.workspace->ActorFile()};
+  unit.outputs = AtlasFiles(job.workspace->AtlasFolder(), !given);
+  unit.run = [job, given, mesh_file](const ProgressFn&) {
+    const AtlasOptions& atlas_options = job.project().options.atlas;
+    if (given) {
+      const TriangleMesh mesh = ReadPly(mesh_file);
+      WriteAtlas(job.workspace->AtlasFolder(),
+                 mesh.positions,
+                 MakeGivenAtlas(mesh.positions, mesh.triangles, {}, atlas_options.size));
+    } else {
+      const TriangleMesh& skin = job.workspace->actor().skin;
+      WriteAtlas(job.workspace->AtlasFolder(),
+                 skin.positions,
+                 MakeClosedAtlas(skin.positions, skin.triangles, atlas_options));
+    }
+  };
+  return {unit};
+}
+
+std::string SurfaceOptions(const Job& job) {
+  return fmt::format("smooth_normals={}\n", job.project().inputs.smooth_normals);
+}
+
+std::vector<Unit> TextureUnits(const Job& job) {
+  std::vector<Unit> units;
+  PipelineOptions options = job.project().options;
+  const std::string fingerprint = options.Table().Fingerprint("textures") + SurfaceOptions(job);
+  std::set<std::string> wanted(job.reflectance.begin(), job.reflectance.end());
+  wanted.insert(job.dynamic.begin(), job.dynamic.end());
+  const Capture& capture = job.project().capture;
+  for (const Sequence* sequence : AllSequences(job)) {
+    if (wanted.count(sequence->name) == 0 || !IsLit(*sequence)) continue;
+    for (int frame = 0; frame < sequence->count; ++frame) {
+      Unit unit;
+      unit.stage = "textures";
+      unit.id = sequence->name + "/" + Project::FrameName(*sequence, frame);
+      unit.options = fingerprint;
+      unit.inputs = SurfaceFiles(job, *sequence, frame);
+      for (const int camera : capture.EstimationCameras()) {
+        Append(unit.inputs, FrameFiles(capture, *sequence, camera, frame));
+      }
+      unit.inputs.push_back(capture.folder / "capture.json");
+      unit.outputs =
+          MvvTextureFiles(job.TextureFolder(*sequence, frame), EstimationCameraNames(capture));
+      unit.run = [job, sequence, frame](const ProgressFn&) {
+        const Project& project = job.project();
+        const PosedSurface surface = job.workspace->Posed(sequence->name, frame);
+        std::vector<float> saturation;
+        for (const int camera : project.capture.EstimationCameras()) {
+          saturation.push_back(SaturationOf(project.capture, *sequence, camera));
+        }
+        const MvvTextures textures =
+            MakeMvvTextures(job.workspace->atlas(),
+                            job.workspace->grid(),
+                            surface,
+                            EstimationCamerasOf(project.capture),
+                            ReadCrops(project.capture, *sequence, frame, surface.positions),
+                            project.capture.LightsOf(*sequence, frame),
+                            saturation,
+                            project.options.textures);
+        WriteMvvTextures(job.TextureFolder(*sequence, frame),
+                         EstimationCameraNames(project.capture),
+                         job.workspace->grid(),
+                         textures);
+      };
+      units.push_back(std::move(unit));
+    }
+  }
+  return units;
+}
+
+std::vector<Unit> ReflectanceUnits(const Job& job) {
+  Unit unit;
+  unit.stage = "reflectance";
+  unit.id = job.fit.empty() ? "reflectance" : job.fit;
+  PipelineOptions options = job.project().options;
+  unit.options = options.Table().Fingerprint("reflectance") + SurfaceOptions(job) +
+                 fmt::format("sequences={}\n", fmt::join(job.reflectance, ","));
+  for (const std::string& name : job.reflectance) {
+    const Sequence& sequence = job.project().capture.FindSequence(name);
+    Require(
+        IsLit(sequence) && !sequence.environment,
+        Fault::kInput,
+        "{}: sequence {} names no lights, so no reflectance can be fitted to it. Name its lights.",
+        (job.project().capture.folder / "capture.json").string(),
+        name);
+    Append(unit.inputs, TextureInputs(job, sequence, 0, sequence.count));
+  }
+  unit.outputs = ReflectanceFiles(job.ReflectanceFolder());
+  unit.run = [job](const ProgressFn& progress) {
+    const DyxelSource source = SourceOf(job, job.reflectance);
+    const Reflectance reflectance =
+        FitReflectance(source, job.workspace->graph(), job.project().options.reflectance, progress);
+    WriteReflectance(job.ReflectanceFolder(), job.workspace->grid(), reflectance);
+  };
+  return {unit};
+}
+
+std::vector<Unit> NormalUnits(const Job& job) {
+  std::vector<Unit> units;
+  PipelineOptions options = job.project().options;
+  const std::string fingerprint = options.Table().Fingerprint("normals") + SurfaceOptions(job);
+  for (const std::string& name : job.dynamic) {
+    const Sequence& sequence = job.project().capture.FindSequence(name);
+    if (!IsLit(sequence) || sequence.environment) continue;  // no lamps: the RES's normals serve
+    for (const Chunk& chunk : Chunks(sequence.count, options.normals.chunk)) {
+      Unit unit;
+      unit.stage = "normals";
+      unit.id = name + "/" + Project::FrameName(sequence, chunk.centre);
+      unit.options = fingerprint + fmt::format("frames={}-{}\n", chunk.begin, chunk.end);
+      unit.inputs = TextureInputs(job, sequence, chunk.begin, chunk.end);
+      Append(unit.inputs, ReflectanceFiles(job.ReflectanceFolder()));
+      unit.outputs = {job.NormalFile(name, chunk.centre)};
+      unit.run = [job, name, chunk](const ProgressFn&) {
+        const TexelGrid& grid = job.workspace->grid();
+        const Reflectance reflectance = ReadReflectance(job.ReflectanceFolder(), grid);
+        const DyxelSource source = SourceOf(job, name, chunk.begin, chunk.end);
+        const ChunkNormals fit =
+            FitNormals(source, job.workspace->graph(), reflectance, job.project().options.normals);
+        WriteNormals(job.NormalFile(name, chunk.centre), grid, fit.normal, fit.confidence);
+      };
+      units.push_back(std::move(unit));
+    }
+  }
+  return units;
+}
+
+std::vector<Unit> VideoUnits(const Job& job) {
+  std::vector<Unit> units;
+  if (!job.fit.empty()) return units;  // the video shows the project's own fit
+  for (const std::string& name : job.dynamic) {
+    const Sequence& sequence = job.project().capture.FindSequence(name);
+    Unit unit;
+    unit.stage = "video";
+    unit.id = name;
+    PipelineOptions options = job.project().options;
+    unit.options = SurfaceOptions(job) + fmt::format("chunk={}\n", options.normals.chunk);
+    for (int frame = 0; frame < sequence.count; ++frame) {
+      Append(unit.inputs, SurfaceFiles(job, sequence, frame));
+    }
+    std::sort(unit.inputs.begin(), unit.inputs.end());
+    unit.inputs.erase(std::unique(unit.inputs.begin(), unit.inputs.end()), unit.inputs.end());
+    Append(unit.inputs, ReflectanceFiles(job.ReflectanceFolder()));
+    Append(unit.inputs, NormalFiles(job, sequence));
+    unit.outputs = {job.VideoFile(name)};
+    unit.run = [job, name](const ProgressFn&) {
+      WriteVideo(job.VideoFile(name), AssembleVideo(job, name));
+    };
+    units.push_back(std::move(unit));
+  }
+  return units;
+}
+
+}  // namespace
+
+const std::vector<Stage>& Stages() {
+  static const std::vector<Stage> stages = {
+      {"silhouettes", "capture", "silhouettes/SEQ/CAM/0000.png", "frame", SilhouetteUnits},
+      {"actor", "silhouettes/RES", "actor/actor.glb", "all", ActorUnits},
+      {"motion", "silhouettes/SEQ, actor", "motion/SEQ.json", "sequence", MotionUnits},
+      {"atlas", "actor", "atlas/", "all", AtlasUnits},
+      {"textures", "capture, motion, atlas", "textures/SEQ/", "frame", TextureUnits},
+      {"reflectance", "textures/RES", "reflectance/", "all", ReflectanceUnits},
+      {"normals", "textures/DSS, reflectance", "normals/SEQ/0000.exr", "chunk", NormalUnits},
+      {"video", "motion, reflectance, normals", "video/SEQ.glb", "sequence", VideoUnits},
+  };
+  return stages;
+}
+
+const Stage& FindStage(const std::string& name) {
+  std::string names;
+  for (const Stage& stage : Stages()) {
+    if (stage.name == name) return stage;
+    names += (names.empty() ? "" : ", ") + std::string(stage.name);
+  }
+  throw Error(Fault::kUsage, fmt::format("stage {}: unknown. The stages: {}.", name, names));
+}
+
+}  // namespace dyxel
