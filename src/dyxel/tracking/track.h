@@ -23,6 +23,9 @@ struct SilhouetteSet {
 struct ActorOptions {
   int rounds = 3;
   int max_frames = 24;
+  int refine = 5;
+  double smoothness = 0.03;
+  double max_displacement = 0.08;
 
   template <class Self, class Field>
   static void Describe(Self& o, Field&& field) {
@@ -34,6 +37,23 @@ struct ActorOptions {
            .min = 1,
            .max = 1000,
            .help = "most frames that the proportions are fitted to, spread over the sequence"});
+    field(o.refine,
+          {.name = "refine",
+           .min = 0,
+           .max = 20,
+           .help = "rounds in which the skin is moved to the silhouettes; 0 keeps the template's"});
+    field(o.smoothness,
+          {.name = "smoothness",
+           .unit = "m",
+           .min = 0.005,
+           .max = 0.5,
+           .help = "length over which the skin's displacement is smooth"});
+    field(o.max_displacement,
+          {.name = "max_displacement",
+           .unit = "m",
+           .min = 0,
+           .max = 0.5,
+           .help = "how far the skin may move off the proportioned template"});
   }
 };
 
