@@ -44,9 +44,9 @@ GarmentCoordinates ShirtCoordinates(const Vec3f& p) {
     return {s, 0.060F * std::atan2(q.dot(side), q.x()), true};
   }
   // Front and back are panels whose threads run upright; they meet at the side seams.
-  const float y = std::clamp(p.y() / 0.200F, -1.0F, 1.0F);
-  const float front = 0.200F * std::asin(y);
-  return {1.45F - p.z(), p.x() > -0.01F ? front : 0.41F - front, false};
+  const float y = std::clamp(p.y() / 0.260F, -1.0F, 1.0F);
+  const float front = 0.260F * std::asin(y);
+  return {1.45F - p.z(), p.x() > -0.01F ? front : 0.44F - front, false};
 }
 
 Rgb ShirtAlbedo(const Cloth& cloth, const Vec3f& p) {

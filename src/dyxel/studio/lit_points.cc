@@ -82,14 +82,22 @@ Packet<Rgb> DirectLight(const Subject& subject,
     return sum;
   }
   const int count = lighting.environment_samples;
+  // A lattice (Roberts 2018, "R2") over all samples of a pixel or vertex, shifted by its stream.
+  Packet<Vec2f> start;
+  for (std::size_t i = 0; i < kRays; ++i) {
+    const float u = random[i].Uniform();
+    start[i] = {u, random[i].Uniform()};
+  }
   for (int k = 0; k < count; ++k) {
     RayPacket shadow;
     Packet<Rgb> light;
     for (std::size_t i = 0; i < kRays; ++i) {
       if (!points.active[i]) continue;
-      // Stratified along the map's rows.
-      const float v = (static_cast<float>(k) + random[i].Uniform()) / static_cast<float>(count);
-      const StudioEnvironment::Sample drawn = lighting.environment->Draw(random[i].Uniform(), v);
+      const auto n = static_cast<float>(points.sample[i] * count + k);
+      const float u = start[i].x() + 0.7548776662F * n;
+      const float v = start[i].y() + 0.5698402910F * n;
+      const StudioEnvironment::Sample drawn =
+          lighting.environment->Draw(u - std::floor(u), v - std::floor(v));
       const float cosine = points.normal[i].dot(drawn.direction);
       if (cosine <= 0) continue;
       light[i] = lighting.environment->Lookup(drawn.direction) *

@@ -14,6 +14,7 @@ using Packet = std::array<T, kRays>;
 // Points of the subject that are to be lit.
 struct Points {
   Packet<bool> active{};
+  Packet<int> sample{};    // which of its pixel's samples, all of one random stream
   Packet<Vec3f> position;  // where shadow rays begin
   Packet<Vec3f> normal;
   Packet<Vec3f> view;  // unit, towards the eye

@@ -275,6 +275,7 @@ class Picture {
       open[i] = hits.triangle[i] < 0;
       if (open[i]) continue;
       PlaceOnSubject(subject_, hits.triangle[i], hits.bary[i], direction[i], i, points);
+      points.sample[i] = static_cast<int>((first + i) % spp);
       Sum& sum = sums[(first + i) / spp];
       sum.covered += 1;
       sum.normal += points.normal[i];
@@ -304,7 +305,7 @@ class Picture {
     return irradiance;
   }
 
-  // A stream a sample, so that nothing depends on how samples are packed.
+  // A stream a pixel, so that nothing depends on how samples are packed.
   [[nodiscard]] Packet<Random> MakeRandom(int y,
                                           const std::vector<int>& columns,
                                           std::size_t first,
@@ -314,7 +315,7 @@ class Picture {
       if (i >= count) return Random(options_.seed);
       const auto pixel = static_cast<std::uint64_t>(y) * static_cast<std::uint64_t>(camera_.width) +
                          static_cast<std::uint64_t>(columns[(first + i) / spp]);
-      return Random(options_.seed, pixel * spp + (first + i) % spp);
+      return Random(options_.seed, pixel);
     };
     return {stream(0), stream(1), stream(2), stream(3), stream(4), stream(5), stream(6), stream(7)};
   }

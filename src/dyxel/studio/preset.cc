@@ -25,10 +25,10 @@ std::vector<StudioCamera> Rig() {
 std::vector<Light> Lights() {
   const Vec3d target(0, 0, 0.95);
   return {
-      studio::AimSpot("spot0", {2.55, -1.75, 2.75}, target, Rgb(20.5F, 19.6F, 18.3F), 0.50, 0.62),
-      studio::AimSpot("spot1", {-2.20, 2.35, 2.60}, target, Rgb(18.6F, 19.2F, 20.2F), 0.50, 0.62),
-      studio::AimSpot("spotB", {2.85, 0.75, 2.65}, target, Rgb(20.5F, 20.0F, 19.2F), 0.50, 0.62),
-      studio::AimSpot("spotA", {1.48, 2.55, 2.40}, target, Rgb(19.4F, 19.2F, 18.8F), 0.50, 0.62)};
+      studio::AimSpot("spot0", {2.55, -1.75, 2.75}, target, Rgb(32.0F, 30.6F, 28.6F), 0.50, 0.62),
+      studio::AimSpot("spot1", {-2.20, 2.35, 2.60}, target, Rgb(29.0F, 30.0F, 31.5F), 0.50, 0.62),
+      studio::AimSpot("spotB", {2.85, 0.75, 2.65}, target, Rgb(32.0F, 31.2F, 30.0F), 0.50, 0.62),
+      studio::AimSpot("spotA", {1.48, 2.55, 2.40}, target, Rgb(30.3F, 30.0F, 29.4F), 0.50, 0.62)};
 }
 
 studio::Wardrobe Clothes() {

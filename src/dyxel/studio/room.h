@@ -8,8 +8,8 @@ namespace dyxel::studio {
 struct Room {
   float half_size = 4.6F;  // walls at ±half_size
   float height = 4.8F;     // the walls' top; above is darkness
-  Rgb floor = Rgb(0.055F, 0.062F, 0.075F);
-  Rgb wall = Rgb(0.085F, 0.100F, 0.125F);
+  Rgb floor = Rgb(0.075F, 0.082F, 0.095F);
+  Rgb wall = Rgb(0.120F, 0.140F, 0.170F);
 };
 
 struct RoomPoint {
