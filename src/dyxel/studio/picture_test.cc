@@ -60,7 +60,7 @@ TEST(StudioPicture, LambertianPlaneUnderASpotHasItsClosedForm) {
   plane.triangles = {{0, 1, 2}, {0, 2, 3}};
   const Tracer tracer(plane.positions, plane.triangles);
   Lighting lighting;
-  lighting.lamps = {AimSpot("s", {1.2, -0.5, 3.0}, {0.1, 0.2, 1.0}, Rgb(30, 28, 25), 0.25, 0.45)};
+  lighting.lamps = {AimSpot("s", {1.2, -0.5, 3.0}, {0.1, 0.2, 1.0}, Rgb(30, 28, 25), 0.25, 0.75)};
   const Camera camera = AimCamera("c", {0.6, 0.4, 4.0}, {0, 0, 1}, 64, 1.5);
   const Plate plate = ShootPlate(camera, lighting, 1);
   const Shot shot =
@@ -80,7 +80,7 @@ TEST(StudioPicture, LambertianPlaneUnderASpotHasItsClosedForm) {
         const double d = l.norm();
         const double in_cone = -l.dot(lighting.lamps[0].direction) / d;
         const double t =
-            std::clamp((in_cone - std::cos(0.45)) / (std::cos(0.25) - std::cos(0.45)), 0.0, 1.0);
+            std::clamp((in_cone - std::cos(0.75)) / (std::cos(0.25) - std::cos(0.75)), 0.0, 1.0);
         expected += 0.5 / kPiD * 28 / (d * d) * (l.z() / d) * t * t * (3 - 2 * t) / 49;
       }
       EXPECT_NEAR(static_cast<double>(shot.radiance.At(x, y, 1)), expected, 5e-3 * expected + 1e-3);
