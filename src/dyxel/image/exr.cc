@@ -24,6 +24,7 @@
 
 #include "dyxel/base/atomic_file.h"
 #include "dyxel/base/error.h"
+#include "dyxel/image/picture_limits.h"
 
 namespace dyxel {
 namespace {
@@ -66,7 +67,8 @@ class ExrFile {
     for (const Imath::Box2i* box : {&display, &data}) {
       const std::int64_t width = std::int64_t{box->max.x} - box->min.x + 1;
       const std::int64_t height = std::int64_t{box->max.y} - box->min.y + 1;
-      if (width < 1 || height < 1 || width > 65536 || height > 65536) {
+      if (width < 1 || height < 1 || width > internal::kMaxPixels ||
+          height > internal::kMaxPixels || width * height > internal::kMaxPixels) {
         throw FileError(path, fmt::format("its size, {}x{}, is impossible", width, height), kMend);
       }
     }

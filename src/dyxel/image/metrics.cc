@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr float kMaxAlignment = 8;  // px
-constexpr float kMinContrast = 0.03F;
+constexpr float kMinContrast = 0.05F;
+constexpr float kNoiseBlur = 1;  // px: noise must not pass for contrast
 
 bool Inside(const ImageU8& mask, std::size_t pixel) { return mask.data[pixel] >= 128; }
 
@@ -85,6 +86,21 @@ ImageF Luma(const ImageF& image, const ImageU8& mask, double scale, const Rect& 
       luma.At(x, y) = 0.2126F * Shown(v[0], scale) + 0.7152F * Shown(v[1], scale) +
                       0.0722F * Shown(v[2], scale);
     }
+  }
+  return luma;
+}
+
+// Smoothed by kNoiseBlur over the pixels inside alone: the black outside stays out.
+ImageF Smoothed(ImageF luma, const ImageU8& mask) {
+  ImageF weighted(luma.width, luma.height, 2);
+  for (std::size_t i = 0; i < luma.data.size(); ++i) {
+    if (!Inside(mask, i)) continue;
+    weighted.data[2 * i] = luma.data[i];
+    weighted.data[2 * i + 1] = 1;
+  }
+  weighted = Blur(weighted, kNoiseBlur);
+  for (std::size_t i = 0; i < luma.data.size(); ++i) {
+    if (Inside(mask, i)) luma.data[i] = weighted.data[2 * i] / weighted.data[2 * i + 1];
   }
   return luma;
 }
@@ -344,8 +360,9 @@ FlowMeasure MeasureFlow(const ImageF& recorded,
   if (crop.width == 0 || !std::isfinite(scale)) return {kNaN, 0};
   const ImageU8 part = Crop(both, crop);
   ImageF contrast;
-  const ImageF from = NormaliseContrast(Luma(recorded, both, scale, crop), part, 8, &contrast);
-  const ImageF to = NormaliseContrast(Luma(model, both, scale, crop), part, 8);
+  const ImageF from =
+      NormaliseContrast(Smoothed(Luma(recorded, both, scale, crop), part), part, 8, &contrast);
+  const ImageF to = NormaliseContrast(Smoothed(Luma(model, both, scale, crop), part), part, 8);
   const ImageF flow = OpticalFlow(from, to);
   FlowMeasure measure;
   double sum = 0;

@@ -11,6 +11,7 @@
 
 #include "dyxel/base/atomic_file.h"
 #include "dyxel/base/error.h"
+#include "dyxel/image/picture_limits.h"
 
 namespace dyxel {
 namespace {
@@ -75,6 +76,9 @@ bool Decode(Codec& codec) {
   png_read_update_info(codec.png, codec.info);
   codec.width = png_get_image_width(codec.png, codec.info);
   codec.height = png_get_image_height(codec.png, codec.info);
+  if (std::int64_t{codec.width} * codec.height > internal::kMaxPixels) {
+    png_error(codec.png, "its size is impossible");
+  }
   codec.bits = png_get_bit_depth(codec.png, codec.info);
   codec.channels = png_get_channels(codec.png, codec.info);
   AllocateRows(codec);

@@ -10,6 +10,7 @@
 
 #include "dyxel/base/atomic_file.h"
 #include "dyxel/base/error.h"
+#include "dyxel/image/picture_limits.h"
 
 namespace dyxel {
 namespace {
@@ -112,7 +113,7 @@ ImageF ReadRgbe(const std::filesystem::path& path) {
   if (std::sscanf(size.c_str(), "%cY %d %cX %d", &y_sign, &height, &x_sign, &width) != 4) {
     throw reader.Damaged("its size line, \"" + size + "\", is not supported");
   }
-  if (width < 1 || height < 1 || width > 65536 || height > 65536) {
+  if (width < 1 || height < 1 || std::int64_t{width} * height > internal::kMaxPixels) {
     throw reader.Damaged("its size, \"" + size + "\", is impossible");
   }
   ImageF image(width, height, 3);

@@ -12,6 +12,7 @@
 #include <tiffio.h>
 
 #include "dyxel/base/error.h"
+#include "dyxel/image/picture_limits.h"
 
 namespace dyxel {
 namespace {
@@ -78,8 +79,8 @@ TiffImage ReadTiff(const std::filesystem::path& path) {
   TIFFGetField(tiff.get(), TIFFTAG_PHOTOMETRIC, &photometric);
   const bool is_float = format == SAMPLEFORMAT_IEEEFP;
   const bool known_bits = is_float ? bits == 16 || bits == 32 : bits == 8 || bits == 16;
-  if (width == 0 || height == 0 || width > 65536 || height > 65536 || channels == 0 ||
-      channels > 16) {
+  if (width == 0 || height == 0 || std::int64_t{width} * height > internal::kMaxPixels ||
+      channels == 0 || channels > 16) {
     throw fail(
         fmt::format("its size, {}x{} with {} channels, is impossible", width, height, channels));
   }
