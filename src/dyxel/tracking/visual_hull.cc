@@ -44,7 +44,8 @@ void Carve(std::span<const Camera> cameras,
                    0);
   std::vector<Projector> projectors;
   for (const int c : used) projectors.emplace_back(cameras[static_cast<std::size_t>(c)]);
-  const int least = std::min<int>(2, static_cast<int>(used.size()));
+  const int cameras_used = static_cast<int>(used.size());
+  const int least = std::max(std::min(2, cameras_used), cameras_used / 2);
   ParallelFor(static_cast<std::size_t>(grid.nz), [&](std::size_t z) {
     for (int y = 0; y < grid.ny; ++y) {
       for (int x = 0; x < grid.nx; ++x) {

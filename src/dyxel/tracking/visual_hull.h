@@ -23,8 +23,8 @@ struct HullSummary {
 [[nodiscard]] Vec3d MeetingPoint(std::span<const Camera> cameras, std::span<const ImageU8> masks);
 
 // Carves a cube around the meeting point in two passes, coarse and within the hull's box with
-// voxels of `voxel` metres. A voxel outside a camera's picture is not carved by it; it must be seen
-// by two cameras at least.
+// voxels of `voxel` metres. A voxel outside a camera's picture is not carved by it; half of
+// the cameras, and two, must see it.
 [[nodiscard]] HullSummary FindHull(std::span<const Camera> cameras,
                                    std::span<const ImageU8> masks,
                                    const Vec3d& up,
