@@ -54,13 +54,15 @@ void AddBothSides(const ShapePrimitive& left, std::vector<ShapePrimitive>& parts
   parts.push_back(Mirrored(left, MirrorSegment(left.segment)));
 }
 
-// The stretch of a profile between two joints as the part of one segment.
+// The stretch of a profile between two joints as the part of one segment. Stretches overlap, so
+// that no cap comes near the surface; where two of one profile overlap they are the same.
 ShapePrimitive Stretch(
     ShapePrimitive profile, int segment, double blend, double first, double last) {
   profile.segment = segment;
   profile.blend = blend;
-  profile.first = first;
-  profile.last = last;
+  constexpr double kOverlap = 0.06;
+  profile.first = first - kOverlap;
+  profile.last = last + kOverlap;
   return profile;
 }
 
