@@ -48,6 +48,7 @@ Lanes Iota() {
   return FromLanes<Lanes>([](int i) { return static_cast<float>(i) + 0.5F; });
 }
 
+template <bool kWithIndex>
 void DrawTriangle(const ScreenVertex& a,
                   const ScreenVertex& b,
                   const ScreenVertex& c,
@@ -73,7 +74,7 @@ void DrawTriangle(const ScreenVertex& a,
   const Lanes high(std::max({a.inverse_depth, b.inverse_depth, c.inverse_depth}));
   const Lanes iota = Iota();
   const Lanes zero(0.0F);
-  const Lanes index_bits = xsimd::bitwise_cast<Lanes>(IntLanes(index));
+  [[maybe_unused]] const Lanes index_bits = xsimd::bitwise_cast<Lanes>(IntLanes(index));
   const int left_end = stride - kLanes;  // rows are padded to a whole register at least
 
   for (int y = std::max(rows.first, first_row); y <= rows.last; ++y) {
@@ -96,26 +97,27 @@ void DrawTriangle(const ScreenVertex& a,
       const auto mask = (xsimd::min(e0, xsimd::min(e1, e2)) >= zero) & (w > old);
       if (!xsimd::any(mask)) continue;
       Select(mask, w, old).store_unaligned(depth_at);
-      std::int32_t* const triangle_at = triangle + row_at + left;
-      const IntLanes old_index = IntLanes::load_unaligned(triangle_at);
-      const Lanes chosen = Select(mask, index_bits, xsimd::bitwise_cast<Lanes>(old_index));
-      xsimd::bitwise_cast<IntLanes>(chosen).store_unaligned(triangle_at);
+      if constexpr (kWithIndex) {
+        std::int32_t* const triangle_at = triangle + row_at + left;
+        const IntLanes old_index = IntLanes::load_unaligned(triangle_at);
+        const Lanes chosen = Select(mask, index_bits, xsimd::bitwise_cast<Lanes>(old_index));
+        xsimd::bitwise_cast<IntLanes>(chosen).store_unaligned(triangle_at);
+      }
     }
   }
 }
 
-}  // namespace
-
-VisibilityBuffer Rasterize(std::span<const ScreenVertex> vertices,
-                           std::span<const Triangle> triangles,
-                           int width,
-                           int height) {
+template <bool kWithIndex>
+VisibilityBuffer Draw(std::span<const ScreenVertex> vertices,
+                      std::span<const Triangle> triangles,
+                      int width,
+                      int height) {
   VisibilityBuffer buffer;
   buffer.width = width;
   buffer.height = height;
   const int stride = std::max(width, kLanes);
   const auto pixels = static_cast<std::size_t>(stride) * static_cast<std::size_t>(height);
-  buffer.triangle.assign(pixels, -1);
+  if constexpr (kWithIndex) buffer.triangle.assign(pixels, -1);
   buffer.inverse_depth.assign(pixels, 0.0F);
   if (width <= 0 || height <= 0) return buffer;
 
@@ -161,16 +163,16 @@ VisibilityBuffer Rasterize(std::span<const ScreenVertex> vertices,
     for (int i = begin[band]; i < begin[band + 1]; ++i) {
       const int f = list[static_cast<std::size_t>(i)];
       const Triangle& t = triangles[static_cast<std::size_t>(f)];
-      DrawTriangle(vertices[static_cast<std::size_t>(t[0])],
-                   vertices[static_cast<std::size_t>(t[1])],
-                   vertices[static_cast<std::size_t>(t[2])],
-                   f,
-                   first_row,
-                   last_row,
-                   stride,
-                   width,
-                   buffer.inverse_depth.data(),
-                   buffer.triangle.data());
+      DrawTriangle<kWithIndex>(vertices[static_cast<std::size_t>(t[0])],
+                               vertices[static_cast<std::size_t>(t[1])],
+                               vertices[static_cast<std::size_t>(t[2])],
+                               f,
+                               first_row,
+                               last_row,
+                               stride,
+                               width,
+                               buffer.inverse_depth.data(),
+                               buffer.triangle.data());
     }
   });
 
@@ -179,14 +181,30 @@ VisibilityBuffer Rasterize(std::span<const ScreenVertex> vertices,
       for (int x = 0; x < width; ++x) {
         const auto to = static_cast<std::size_t>(y * width + x);
         const auto from = static_cast<std::size_t>(y * stride + x);
-        buffer.triangle[to] = buffer.triangle[from];
+        if constexpr (kWithIndex) buffer.triangle[to] = buffer.triangle[from];
         buffer.inverse_depth[to] = buffer.inverse_depth[from];
       }
     }
-    buffer.triangle.resize(static_cast<std::size_t>(width * height));
+    if constexpr (kWithIndex) buffer.triangle.resize(static_cast<std::size_t>(width * height));
     buffer.inverse_depth.resize(static_cast<std::size_t>(width * height));
   }
   return buffer;
+}
+
+}  // namespace
+
+VisibilityBuffer Rasterize(std::span<const ScreenVertex> vertices,
+                           std::span<const Triangle> triangles,
+                           int width,
+                           int height) {
+  return Draw<true>(vertices, triangles, width, height);
+}
+
+std::vector<float> RasterizeDepth(std::span<const ScreenVertex> vertices,
+                                  std::span<const Triangle> triangles,
+                                  int width,
+                                  int height) {
+  return Draw<false>(vertices, triangles, width, height).inverse_depth;
 }
 
 Vec3f PerspectiveBarycentrics(

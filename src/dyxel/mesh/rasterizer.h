@@ -31,6 +31,12 @@ struct VisibilityBuffer {
                                          int width,
                                          int height);
 
+// The inverse depths of Rasterize alone (h·w), faster.
+[[nodiscard]] std::vector<float> RasterizeDepth(std::span<const ScreenVertex> vertices,
+                                                std::span<const Triangle> triangles,
+                                                int width,
+                                                int height);
+
 // Perspective-correct barycentrics of pixel centre (x + 0.5, y + 0.5) in a triangle.
 [[nodiscard]] Vec3f PerspectiveBarycentrics(
     const ScreenVertex& a, const ScreenVertex& b, const ScreenVertex& c, float x, float y);

@@ -82,6 +82,7 @@ void ExpectLikeReference(const Scene& scene, int width, int height) {
   const VisibilityBuffer buffer = Rasterize(scene.vertices, scene.triangles, width, height);
   ASSERT_EQ(buffer.triangle.size(), static_cast<std::size_t>(width * height));
   ASSERT_EQ(buffer.inverse_depth.size(), static_cast<std::size_t>(width * height));
+  EXPECT_EQ(RasterizeDepth(scene.vertices, scene.triangles, width, height), buffer.inverse_depth);
   int compared = 0;
   int covered = 0;
   for (int y = 0; y < height; ++y) {

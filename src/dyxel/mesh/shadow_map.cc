@@ -114,7 +114,7 @@ void ShadowMap::Draw(std::span<const Vec3f> positions, std::span<const Triangle>
     vertices[v] = p.w() > kNearest ? ScreenVertex{p.x() / p.w(), p.y() / p.w(), p.z() / p.w()}
                                    : ScreenVertex{0, 0, 0};
   }
-  depth_ = Rasterize(vertices, triangles, size_, size_).inverse_depth;
+  depth_ = RasterizeDepth(vertices, triangles, size_, size_);
 }
 
 float ShadowMap::Visible(const Vec3f& x, const Vec3f& normal) const {

@@ -53,14 +53,27 @@ class Projector {
         centre_(camera.Center().cast<float>()),
         cam_from_world_(camera.cam_from_world.rotation.cast<float>()),
         focal_(static_cast<float>(camera.fx), static_cast<float>(camera.fy)),
-        principal_(static_cast<float>(camera.cx), static_cast<float>(camera.cy)) {}
+        principal_(static_cast<float>(camera.cx), static_cast<float>(camera.cy)) {
+    if (!distorted_) return;
+    for (const double x : {0.0, 0.5, 1.0}) {
+      for (const double y : {0.0, 0.5, 1.0}) {
+        const Vec3d ray =
+            camera.cam_from_world.rotation * camera.Ray({x * camera.width, y * camera.height});
+        widest_ = std::max(widest_, static_cast<float>((ray.head<2>() / ray.z()).squaredNorm()));
+      }
+    }
+    widest_ *= 1.5F;
+  }
 
   [[nodiscard]] const Vec3f& centre() const { return centre_; }
-  // Pixel position and z of a point; z <= 0 behind the camera, with no position.
+  // Pixel position and z of a point; z <= 0, with no position, behind the camera and far outside
+  // its view.
   [[nodiscard]] Vec3f operator()(const Vec3f& x) const {
     const Vec3f in_cam = cam_from_world_ * (x - centre_);
     if (in_cam.z() <= 0) return {0, 0, in_cam.z()};
     if (distorted_) {
+      // Far outside the picture the distortion's polynomial may fold back into it.
+      if (in_cam.head<2>().squaredNorm() > widest_ * in_cam.z() * in_cam.z()) return {0, 0, -1};
       const Vec2d p = camera_.Project(x.cast<double>());
       return {static_cast<float>(p.x()), static_cast<float>(p.y()), in_cam.z()};
     }
@@ -75,6 +88,7 @@ class Projector {
   Mat3f cam_from_world_;
   Vec2f focal_;
   Vec2f principal_;
+  float widest_ = 0;  // squared tangent off the axis up to which a distorted camera is used
 };
 
 // What one camera sees of the surface, in the part of its picture that the surface covers.
@@ -156,8 +170,7 @@ CameraView ViewOf(const Camera& camera,
     v.x -= static_cast<float>(view.window.x);
     v.y -= static_cast<float>(view.window.y);
   }
-  view.inverse_depth =
-      Rasterize(screen, triangles, view.window.width, view.window.height).inverse_depth;
+  view.inverse_depth = RasterizeDepth(screen, triangles, view.window.width, view.window.height);
 
   // Edges dilated by a square, along rows and then along columns; rim 0 drops nothing.
   const int width = view.window.width;
@@ -278,7 +291,8 @@ MvvTextures MakeMvvTextures(const Atlas& atlas,
     ParallelForBlocks(num_texels, kBlock, [&](std::size_t begin, std::size_t end) {
       for (std::size_t k = begin; k < end; ++k) {
         const Vec3f& x = points.position[k];
-        const float facing = points.normal[k].dot((project.centre() - x).normalized());
+        const Vec3f to_camera = project.centre() - x;
+        const float facing = points.normal[k].dot(to_camera) / std::sqrt(to_camera.squaredNorm());
         if (facing <= grazing) continue;
         const Vec3f p = project(x);
         if (p.z() <= 0 || !Sees(view, p)) continue;
@@ -339,14 +353,19 @@ void FillDyxelFrame(const Atlas& atlas,
     }
     const Vec3f centre = cameras[c].Center().cast<float>();
     const float* const colour = textures.radiance[c].data() + 3 * offset;
+    const float* const weight = textures.weight[c].data() + offset;
     for (std::size_t t = 0; t < count; ++t) {
+      if (weight[t] <= 0) {  // most: a camera sees a quarter of the texels
+        direction[2][t] = 1;
+        continue;
+      }
       const Vec3f d = tangent_from_world[t] * (centre - position[t]).normalized();
       for (std::size_t i = 0; i < 3; ++i) {
         direction[i][t] = d[static_cast<int>(i)];
         radiance[i][t] = colour[3 * t + i];
       }
     }
-    std::copy_n(textures.weight[c].data() + offset, count, tile.Weight(frame, static_cast<int>(c)));
+    std::copy_n(weight, count, tile.Weight(frame, static_cast<int>(c)));
   }
 }
 

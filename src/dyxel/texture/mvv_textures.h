@@ -74,7 +74,8 @@ struct MvvTextures {
 
 // Writes frame `frame` of `tile` (sized; first_texel and texels set) from a time step's textures:
 // the directions to cameras and lights in the texels' tangent frames, irradiance times λ, radiance.
-// `textures` holds texels from `first_texture_texel` on.
+// `textures` holds texels from `first_texture_texel` on. Where a camera's weight is 0 its radiance
+// stays as it is (0) and its direction is the normal's, so that no BRDF has to divide by nothing.
 void FillDyxelFrame(const Atlas& atlas,
                     const TexelGrid& grid,
                     const PosedSurface& surface,
