@@ -160,6 +160,9 @@ float Shirt(const Vec3f& x) {
   trunk_point.z() +=
       0.012F * std::sin(3 * std::atan2(x.y(), x.x()) + 0.6F) * SmoothStep(1.0F, 0.85F, p.z());
   float d = Swept(kShirtTrunk, trunk_point);
+  // Over the seat.
+  const float seat = Ellipsoid(p, {-0.050F, 0.072F, 0.895F}, {0.092F, 0.096F, 0.106F});
+  d = SmoothMin(d, SmoothMax(seat, 0.835F - trunk_point.z(), 0.012F), 0.04F);
   d = SmoothMin(d, Ellipsoid(p, {0.062F, 0.075F, 1.275F}, {0.060F, 0.075F, 0.070F}), 0.05F);
   d = SmoothMin(d, Ellipsoid(p, {-0.055F, 0.080F, 1.320F}, {0.060F, 0.080F, 0.100F}), 0.05F);
   const Vec3f trapezius(-0.020F, 0.060F, 1.440F);

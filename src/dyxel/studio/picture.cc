@@ -174,7 +174,10 @@ class Picture {
         }
         Packet<bool> covered{};
         if (any) covered = subject_.tracer->Occluded(rays, true);
-        for (std::size_t i = 0; i < kRays; ++i) open[i] = open[i] && !covered[i];
+        for (int i = 0; i < kRays && first + i < camera_.width; ++i) {
+          const auto lane = static_cast<std::size_t>(i);
+          open[lane] = open[lane] && !covered[lane] && IsLit(first + i, y);
+        }
         const Packet<std::uint8_t> hidden = RoomShadows(open, direction);
         for (int i = 0; i < kRays && first + i < camera_.width; ++i) {
           const auto lane = static_cast<std::size_t>(i);
@@ -183,6 +186,12 @@ class Picture {
       }
     }
     return state;
+  }
+
+  // Where the plate is dark no shadow can fall.
+  [[nodiscard]] bool IsLit(int x, int y) const {
+    const float* pixel = &plate_.radiance.data[plate_.radiance.Index(x, y)];
+    return pixel[0] > 0 || pixel[1] > 0 || pixel[2] > 0;
   }
 
   [[nodiscard]] bool UniformAround(const ImageU8& centers, int x, int y) const {

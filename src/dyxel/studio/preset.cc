@@ -88,6 +88,7 @@ std::vector<StudioPreset> MakePresets() {
   tiny.picture_size = 224;
   tiny.mesh_cell = 0.013F;
   tiny.samples = 4;
+  tiny.bounce_rays = 16;
   tiny.environment_samples = 6;
   tiny.environment_height = 64;
   tiny.environment_rotation = 0.7;
@@ -113,8 +114,9 @@ std::vector<StudioPreset> MakePresets() {
   demo.help = "a person in a plaid shirt, for a first look";
   demo.picture_size = 512;
   demo.mesh_cell = 0.0075F;
-  demo.samples = 8;
-  demo.environment_samples = 12;
+  demo.samples = 6;
+  demo.bounce_rays = 24;
+  demo.environment_samples = 16;
   demo.environment_height = 256;
   demo.sensor.plates = 3;
   demo.sequences = {
