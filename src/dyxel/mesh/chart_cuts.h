@@ -1,4 +1,4 @@
-// Cuts beside the seam that parameterization I makes: limbs off the trunk, slits to fingers.
+// Cuts along edges of the skin: marking them, and slits to fingers.
 #pragma once
 
 #include <array>
@@ -19,18 +19,6 @@ void MarkCut(std::span<const Triangle> triangles,
              const VertexGraph& graph,
              std::span<const std::array<int, 2>> edges,
              std::span<char> cut);
-
-// Cuts off the limb at each end of the seam where it is narrowest for what it cuts off: at the
-// crossing from one side of the seam to the other that makes length / sqrt(area cut off) least,
-// if that is below what a limb has. `disk` is the skin cut along its seam, `ends` (skin vertices)
-// the seam's.
-void CutLimbs(const CutMesh& disk,
-              std::span<const Vec3f> disk_positions,
-              std::span<const int> ends,
-              std::span<const Triangle> triangles,
-              std::span<const int> twins,
-              const VertexGraph& graph,
-              std::span<char> cut);
 
 // Joins each of `tips` to the nearest cut by the path of least cost.
 void CutSlits(const VertexGraph& graph,

@@ -12,10 +12,9 @@
 namespace dyxel::internal {
 namespace {
 
-constexpr int kStarts = 40;           // border vertices from which divisions are sought
-constexpr double kLeastShare = 0.01;  // of the chart's area, on each side
+constexpr int kStarts = 40;  // border vertices from which divisions are sought
 constexpr std::size_t kMostCrossings = 400;
-constexpr int kHullPoints = 96;     // border points of which hulls are made
+constexpr int kHullPoints = 64;     // border points of which hulls are made
 constexpr double kCutPrice = 0.05;  // area that a cut has to save, over its length times the
                                     // root of the chart's area
 
@@ -88,11 +87,11 @@ std::vector<std::array<int, 2>> BorderCrossings(std::span<const Vec2d> border) {
   return crossings;
 }
 
-std::vector<int> FindDivision(std::span<const Vec3f> positions,
-                              std::span<const Triangle> triangles,
-                              std::span<const Vec2d> uv,
-                              std::span<const int> border,
-                              std::span<const std::array<int, 2>> crossings) {
+std::array<int, 2> FindDivision(std::span<const Vec3f> positions,
+                                std::span<const Triangle> triangles,
+                                std::span<const Vec2d> uv,
+                                std::span<const int> border,
+                                std::span<const std::array<int, 2>> crossings) {
   const int n = static_cast<int>(border.size());
   const VertexGraph graph = MakeVertexGraph(triangles, static_cast<int>(positions.size()));
   const std::vector<float> length = EdgeLengths(graph, positions);
@@ -113,40 +112,65 @@ std::vector<int> FindDivision(std::span<const Vec3f> positions,
     swept[i + 1] = swept[i] + cross(uv[border[i]], uv[border[(i + 1) % n]]);
   const std::size_t stride = crossings.size() / kMostCrossings + 1;
 
-  double best = std::numeric_limits<double>::infinity();
-  std::vector<int> best_path;
-  const int starts = std::min(n, kStarts);
-  for (int s = 0; s < starts; ++s) {
-    const int a = static_cast<int>(static_cast<std::int64_t>(s) * n / starts);
-    close(border[a], false);
-    const Paths paths = ShortestPaths(graph, cost, std::array{border[a]});
-    close(border[a], true);
-    int best_b = -1;
-    for (int b = 0; b < n; ++b) {
-      if (b == a || !std::isfinite(paths.distance[border[b]])) continue;
-      const int from = std::min(a, b), to = std::max(a, b);
-      const double side = swept[to] - swept[from] + cross(uv[border[to]], uv[border[from]]);
-      const double smaller = std::min(side, swept[n] - side);
-      if (smaller < kLeastShare * swept[n]) continue;
-      int parted = 0, all = 0;
-      for (std::size_t k = 0; k < crossings.size(); k += stride) {
-        const auto between = [&](int i) { return i >= from && i < to; };
-        parted += between(crossings[k][0]) != between(crossings[k][1]) ? 1 : 0;
-        ++all;
-      }
-      if (parted == 0) continue;
-      const double score = static_cast<double>(paths.distance[border[b]]) / std::sqrt(smaller) *
-                           (1 + 4.0 * (all - parted) / all);
-      if (score < best) {
-        best = score;
-        best_b = b;
+  // Parts of some size if that can be.
+  for (const double least_share : {0.01, 0.0}) {
+    double best = std::numeric_limits<double>::infinity();
+    std::array<int, 2> best_ends = {-1, -1};
+    const int starts = std::min(n, kStarts);
+    for (int s = 0; s < starts; ++s) {
+      const int a = static_cast<int>(static_cast<std::int64_t>(s) * n / starts);
+      close(border[a], false);
+      const Paths paths = ShortestPaths(graph, cost, std::array{border[a]});
+      close(border[a], true);
+      for (int b = 0; b < n; ++b) {
+        if (b == a || !std::isfinite(paths.distance[border[b]])) continue;
+        const int from = std::min(a, b), to = std::max(a, b);
+        const double side = swept[to] - swept[from] + cross(uv[border[to]], uv[border[from]]);
+        const double smaller = std::min(side, swept[n] - side);
+        if (smaller <= least_share * swept[n]) continue;
+        int parted = 0, all = 0;
+        for (std::size_t k = 0; k < crossings.size(); k += stride) {
+          const auto between = [&](int i) { return i >= from && i < to; };
+          parted += between(crossings[k][0]) != between(crossings[k][1]) ? 1 : 0;
+          ++all;
+        }
+        if (parted == 0) continue;
+        const double score = static_cast<double>(paths.distance[border[b]]) / std::sqrt(smaller) *
+                             (1 + 4.0 * (all - parted) / all);
+        if (score < best) {
+          best = score;
+          best_ends = {border[a], border[b]};
+        }
       }
     }
-    if (best_b < 0) continue;
-    best_path.clear();
-    for (int v = border[best_b]; v >= 0; v = paths.parent[v]) best_path.push_back(v);
+    if (best_ends[0] >= 0) return best_ends;
   }
-  return best_path;
+  return {-1, -1};
+}
+
+std::vector<int> PathAcross(std::span<const Vec3f> positions,
+                            std::span<const Triangle> triangles,
+                            std::span<const int> border,
+                            const std::array<int, 2>& ends) {
+  const VertexGraph graph = MakeVertexGraph(triangles, static_cast<int>(positions.size()));
+  std::vector<float> cost = EdgeLengths(graph, positions);
+  std::vector<char> on_border(positions.size(), 0);
+  for (const int v : border) on_border[v] = 1;
+  // Straight from border to border only where that is an inner edge: border edges cost too much.
+  for (std::size_t i = 0; i < border.size(); ++i) {
+    const std::array<int, 2> edge = {border[i], border[(i + 1) % border.size()]};
+    for (int k = 0; k < 2; ++k) {
+      for (int e = graph.begin[edge[k]]; e < graph.begin[edge[k] + 1]; ++e) {
+        if (graph.neighbour[e] == edge[1 - k]) cost[e] = std::numeric_limits<float>::infinity();
+      }
+    }
+  }
+  on_border[ends[1]] = 0;
+  const Paths paths = ShortestPaths(graph, cost, std::array{ends[0]}, on_border, ends[1]);
+  std::vector<int> path;
+  if (!std::isfinite(paths.distance[ends[1]])) return path;
+  for (int v = ends[1]; v >= 0; v = paths.parent[v]) path.push_back(v);
+  return path;
 }
 
 TighterDivision FindTighterDivision(std::span<const Vec3f> positions,
@@ -210,15 +234,7 @@ TighterDivision FindTighterDivision(std::span<const Vec3f> positions,
     }
   }
   if (best_i < 0) return best;
-  const VertexGraph graph = MakeVertexGraph(triangles, static_cast<int>(positions.size()));
-  std::vector<char> blocked(positions.size(), 0);
-  for (const int v : border) blocked[v] = 1;
-  blocked[border[best_j]] = 0;
-  const Paths paths = ShortestPaths(
-      graph, EdgeLengths(graph, positions), std::array{border[best_i]}, blocked, border[best_j]);
-  if (!std::isfinite(paths.distance[border[best_j]])) return {};
-  for (int v = border[best_j]; v >= 0; v = paths.parent[v]) best.path.push_back(v);
-  if (best.path.size() == 2) return {};  // an edge of the border
+  best.path = PathAcross(positions, triangles, border, {border[best_i], border[best_j]});
   return best;
 }
 

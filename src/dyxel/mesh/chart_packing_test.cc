@@ -5,8 +5,6 @@
 
 #include <gtest/gtest.h>
 
-#include "dyxel/mesh/chart_division.h"
-
 namespace dyxel::internal {
 namespace {
 
@@ -54,30 +52,6 @@ TEST(PackCharts, IsTheSameEachTime) {
   const Packing a = PackCharts(borders, 256, 2, 200), b = PackCharts(borders, 256, 2, 200);
   EXPECT_EQ(a.texels_per_unit, b.texels_per_unit);
   for (int i = 0; i < 4; ++i) EXPECT_EQ(a.places[i].offset, b.places[i].offset);
-}
-
-TEST(BorderCrossings, AgreeWithAllPairs) {
-  // A curve that crosses itself, and one that does not.
-  for (const double loops : {1.0, 2.0}) {
-    std::vector<Vec2d> curve;
-    constexpr int kPoints = 200;
-    for (int i = 0; i < kPoints; ++i) {
-      const double t = 2 * kPiD * i / kPoints;
-      curve.emplace_back(std::cos(t) * (1 + 0.5 * std::cos(loops * t)), std::sin(loops * t));
-    }
-    std::vector<std::array<int, 2>> slow;
-    for (int i = 0; i < kPoints; ++i) {
-      for (int j = i + 2; j < kPoints; ++j) {
-        if (i == 0 && j == kPoints - 1) continue;
-        Eigen::Matrix2d system;
-        system << curve[i + 1] - curve[i], curve[j] - curve[(j + 1) % kPoints];
-        const Vec2d x = system.inverse() * (curve[j] - curve[i]);
-        if (x.minCoeff() >= 0 && x.maxCoeff() <= 1) slow.push_back({i, j});
-      }
-    }
-    EXPECT_EQ(slow.empty(), loops == 1.0);
-    EXPECT_EQ(BorderCrossings(curve), slow);
-  }
 }
 
 }  // namespace

@@ -11,7 +11,7 @@ namespace dyxel {
 struct AtlasOptions {
   int size = 1024;
   int gutter = 3;
-  bool limbs = true;
+  bool divide = true;
   int packing_trials = 4000;
 
   template <class Self, class Field>
@@ -24,9 +24,10 @@ struct AtlasOptions {
            .min = 1,
            .max = 32,
            .help = "empty texels between charts, and at the texture's border"});
-    field(o.limbs,
-          {.name = "limbs",
-           .help = "limbs and head as charts of their own, packed tighter; false: one chart"});
+    field(o.divide,
+          {.name = "divide",
+           .help = "charts cut until they pack tightly; false: one chart, cut only where it would "
+                   "overlap itself"});
     field(o.packing_trials,
           {.name = "packing_trials",
            .min = 0,
@@ -38,8 +39,10 @@ struct AtlasOptions {
 // Cuts the skin (positions (V), triangles (F) counter-clockwise from outside) open and maps it to
 // the plane twice. The skin must be closed, manifold, in one piece and without handles.
 // - The seam is a tree of shortest paths over hidden ground between the extremities.
-// - I: border free, least symmetric Dirichlet energy, charts packed into the texture. The image is
-//   not mirrored: u to the right and v down as the surface is seen from outside.
+// - I: border free, least symmetric Dirichlet energy. The one chart that the seam leaves is cut
+//   further where it overlaps itself, and where that packs tighter: a body in one piece fills 0.37
+//   of the texture, in nine 0.7. The image is not mirrored: u to the right and v down as the
+//   surface is seen from outside.
 // - II: the skin cut along the seam alone, its border on the unit square, same orientation.
 //   Copies that only I needs share their uv_ii.
 // No triangle is flipped and no two overlap in either (checked at the end). The first V cut

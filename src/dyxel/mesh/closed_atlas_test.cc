@@ -119,7 +119,7 @@ TEST(MakeClosedAtlas, ReachesTheBarsOnAPerson) {
 
 TEST(MakeClosedAtlas, MapsAPersonAsOneChartWherePossible) {
   const TriangleMesh person = MakeTestPerson(0.03F);
-  ExpectSound(person, MakeClosedAtlas(person.positions, person.triangles, {.limbs = false}));
+  ExpectSound(person, MakeClosedAtlas(person.positions, person.triangles, {.divide = false}));
 }
 
 TEST(MakeClosedAtlas, DoesNotDependOnThreads) {

@@ -178,12 +178,10 @@ void StartFlat(FlatMesh& flat, std::span<const int> border) {
 void GrowBack(DiskHierarchy& hierarchy,
               std::vector<Vec2d>& uv,
               const Freedom& freedom,
-              bool straight_border,
-              bool relax = true) {
+              bool straight_border) {
   int failures = 0;
   while (!hierarchy.AtFinest()) {
     failures += hierarchy.Refine(uv, straight_border);
-    if (!relax) continue;
     DiskHierarchy::Level level = hierarchy.Current();
     FlatMesh flat{std::move(level.triangles), std::move(level.rest), {}};
     Freedom level_freedom;
@@ -204,7 +202,7 @@ void GrowBack(DiskHierarchy& hierarchy,
 
 FreeMap FlattenFree(std::span<const Vec3f> positions,
                     std::span<const Triangle> triangles,
-                    bool give_up_on_overlap) {
+                    bool stop_at_overlap) {
   const Disk disk = MakeDisk(positions, triangles);
   std::vector<Vec2d> uv(positions.size(), Vec2d::Zero());
   const double radius = disk.perimeter / (2 * kPiD);
@@ -216,7 +214,6 @@ FreeMap FlattenFree(std::span<const Vec3f> positions,
   DiskHierarchy hierarchy(
       disk.positions, {triangles.begin(), triangles.end()}, disk.border, kept, kCoarsestSquare);
   const Freedom freedom(positions.size(), 3);
-  bool finished = true;
   {
     const DiskHierarchy::Level level = hierarchy.Current();
     FlatMesh flat{level.triangles, level.rest, {}};
@@ -224,14 +221,17 @@ FreeMap FlattenFree(std::span<const Vec3f> positions,
     StartFlat(flat, level.border);
     DescendNewton(flat, Freedom(flat.uv.size(), 3), 100, 1e-5);
     for (std::size_t i = 0; i < level.vertices.size(); ++i) uv[level.vertices[i]] = flat.uv[i];
-    if (give_up_on_overlap) {
+    if (stop_at_overlap) {
       std::vector<Vec2d> border;
       for (const int v : level.border) border.push_back(flat.uv[v]);
-      finished = BorderCrossings(border).empty();
+      std::vector<std::array<int, 2>> crossings = BorderCrossings(border);
+      if (!crossings.empty()) {
+        return {{}, {level.vertices, level.triangles, flat.uv, level.border, std::move(crossings)}};
+      }
     }
   }
-  GrowBack(hierarchy, uv, freedom, false, finished);
-  return {std::move(uv), finished};
+  GrowBack(hierarchy, uv, freedom, false);
+  return {std::move(uv), {}};
 }
 
 std::vector<Vec2d> FlattenToSquare(std::span<const Vec3f> positions,

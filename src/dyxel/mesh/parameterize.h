@@ -2,6 +2,7 @@
 // border on the unit square (II).
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -14,15 +15,22 @@ namespace dyxel::internal {
 // Dirichlet energy; then the mesh grows back to the full one, each level relaxed vertex by vertex.
 
 // A map with a free border, in the surface's metres. Free of flips; it may overlap itself. With
-// `give_up_on_overlap` a map that does so on the coarsest mesh is not improved any further: for a
-// chart that is then to be divided.
+// `stop_at_overlap` a map that does so on the coarsest mesh goes no further: it is left there, for
+// the chart to be divided.
+struct CoarseMap {
+  std::vector<int> vertices;        // of the surface
+  std::vector<Triangle> triangles;  // by index into `vertices`
+  std::vector<Vec2d> uv;
+  std::vector<int> border;  // loop, by index into `vertices`
+  std::vector<std::array<int, 2>> crossings;
+};
 struct FreeMap {
-  std::vector<Vec2d> uv;  // (V)
-  bool finished = true;
+  std::vector<Vec2d> uv;  // (V); empty if left coarse
+  CoarseMap coarse;
 };
 [[nodiscard]] FreeMap FlattenFree(std::span<const Vec3f> positions,
                                   std::span<const Triangle> triangles,
-                                  bool give_up_on_overlap = false);
+                                  bool stop_at_overlap = false);
 
 // A map onto the unit square: the border runs along it counter-clockwise; its corners are border
 // vertices about a quarter of its length apart, and the others slide along their sides (V).
