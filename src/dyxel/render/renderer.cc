@@ -130,8 +130,8 @@ class TileRenderer {
         const std::size_t i = Size(block.count++);
         block.pixel[i] = (y - tile.y0) * kTile + (x - tile.x0);
         block.triangle[i] = triangle;
-        block.x[i] = static_cast<float>(sx);
-        block.y[i] = static_cast<float>(sy);
+        block.x[i] = sx;
+        block.y[i] = sy;
         if (block.count == kShadeBlock) Flush(tile);
       }
     }
@@ -139,7 +139,7 @@ class TileRenderer {
 
   void Flush(Tile& tile) const {
     if (tile.samples.count == 0) return;
-    internal::GatherSamples(surface_, packed_, screen_, tile.samples, tile.shade);
+    internal::GatherSamples<Lanes>(surface_, packed_, screen_, tile.samples, tile.shade);
     for (std::size_t p = 0; p < passes_.size(); ++p) {
       if (passes_[p] == Pass::kBeauty) {
         internal::Shade<Lanes>(

@@ -13,6 +13,7 @@
 #include "dyxel/render/orbit.h"
 #include "dyxel/render/render_scene.h"
 #include "dyxel/render/shade.h"
+#include "dyxel/render/surface_samples.h"
 
 namespace dyxel {
 namespace {
@@ -236,6 +237,50 @@ TEST(RendererTest, LanesShadeAsScalars) {
       }
     }
     EXPECT_GT(brightest, 0.1F);
+  }
+}
+
+TEST(RendererTest, LanesGatherAsScalars) {
+  Scene scene = MakeSphere(1, 24);
+  SetMaps(scene, "ggx", Rgb(0.5F, 0.3F, 0.1F), {0.4F, 0.04F});
+  Random random(4);
+  for (float& x : scene.maps.diffuse.data) x = random.Uniform();
+  scene.normal_map = ImageF(8, 8, 3);
+  for (float& x : scene.normal_map.data) x = random.Uniform();
+  const RenderSurface surface = scene.surface();
+  const internal::PackedSurface packed = internal::PackSurface(surface);
+  const internal::ScreenSurface screen =
+      internal::ProjectSurface(surface, CameraAbove(5, 200, 300), 1);
+  internal::SampleBlock samples;
+  for (int y = 3; y < screen.window.height && samples.count < 61; y += 7) {
+    for (int x = 2; x < screen.window.width && samples.count < 61; x += 11) {
+      const auto at = static_cast<std::size_t>(y * screen.visibility.width + x);
+      if (screen.visibility.triangle[at] < 0) continue;
+      const auto i = static_cast<std::size_t>(samples.count++);
+      samples.triangle[i] = screen.visibility.triangle[at];
+      samples.x[i] = x;
+      samples.y[i] = y;
+    }
+  }
+  ASSERT_EQ(samples.count, 61);
+  internal::ShadeBlock scalar = {};
+  internal::ShadeBlock lanes = {};
+  internal::SampleBlock other = samples;
+  internal::GatherSamples<float>(surface, packed, screen, samples, scalar);
+  internal::GatherSamples<Lanes>(surface, packed, screen, other, lanes);
+  for (std::size_t i = 0; i < 61; ++i) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      EXPECT_NEAR(scalar.position[a][i], lanes.position[a][i], 1e-5);
+      EXPECT_NEAR(scalar.side[a][i], lanes.side[a][i], 1e-5);
+      EXPECT_NEAR(scalar.normal[a][i], lanes.normal[a][i], 1e-4);
+      EXPECT_NEAR(scalar.view[a][i], lanes.view[a][i], 1e-5);
+      EXPECT_NEAR(scalar.diffuse[a][i], lanes.diffuse[a][i], 1e-4);
+    }
+    EXPECT_NEAR(samples.depth[i], other.depth[i], 1e-5);
+    // And both are on the sphere that the camera, 5 m away, sees the top of.
+    const Vec3f x(scalar.position[0][i], scalar.position[1][i], scalar.position[2][i]);
+    EXPECT_NEAR(x.norm(), 1, 0.01);
+    EXPECT_NEAR(samples.depth[i], 5 - x.z(), 1e-4);
   }
 }
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <concepts>
 #include <limits>
 
+#include "dyxel/base/lanes.h"
 #include "dyxel/base/parallel.h"
 
 namespace dyxel::internal {
@@ -36,11 +38,6 @@ std::pair<int, int> PixelRange(float low, float high, int size) {
   const int first = static_cast<int>(std::floor(std::clamp(low, 0.0F, limit)));
   const int last = static_cast<int>(std::ceil(std::clamp(high, 0.0F, limit)));
   return {first, std::max(first, last)};
-}
-
-Vec3f Normalized(const Vec3f& x) {
-  const float length = x.norm();
-  return length > 0 ? Vec3f(x / length) : Vec3f(0, 0, 1);
 }
 
 }  // namespace
@@ -153,61 +150,188 @@ std::uint8_t NearestTexel(const ImageU8& map, float u, float v) {
   return map.At(nearest(u, map.width), nearest(v, map.height));
 }
 
+namespace {
+
+using Row = ShadeBlock::Row;
+
+template <Real T>
+T Load(const Row& row, int i) {
+  if constexpr (std::floating_point<T>) {
+    return row[Size(i)];
+  } else {
+    return T::load_aligned(row.data() + i);
+  }
+}
+template <Real T>
+void Store(const T& x, Row& row, int i) {
+  if constexpr (std::floating_point<T>) {
+    row[Size(i)] = x;
+  } else {
+    x.store_aligned(row.data() + i);
+  }
+}
+
+template <Real T>
+using Vec = std::array<T, 3>;
+template <Real T>
+Vec<T> Load3(const Row* rows, int i) {
+  return {Load<T>(rows[0], i), Load<T>(rows[1], i), Load<T>(rows[2], i)};
+}
+template <Real T>
+void Store3(const Vec<T>& x, Row* rows, int i) {
+  for (std::size_t a = 0; a < 3; ++a) Store(x[a], rows[a], i);
+}
+template <Real T>
+T Dot(const Vec<T>& a, const Vec<T>& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+template <Real T>
+Vec<T> Unit(const Vec<T>& x) {
+  const T squared = Dot(x, x);
+  const T inverse = T(1) / Sqrt(Select(squared < T(1e-30F), T(1e-30F), squared));
+  return {x[0] * inverse, x[1] * inverse, x[2] * inverse};
+}
+
+// What GatherSamples needs between its passes, a row a number.
+struct Scratch {
+  alignas(64) std::array<Row, 9> corner;  // x, y, 1/z of the three corners
+  alignas(64) std::array<Row, 3> bary;
+  alignas(64) Row facing;  // 1 seen from outside, -1 from inside
+  alignas(64) Row x, y;    // sample centres
+  // Interpolated PackedVertex: 0-2 position, 3-5 normal, 6-8 tangent, 9 handedness, 10 u, 11 v.
+  alignas(64) std::array<Row, 12> at;
+  alignas(64) std::array<Row, 3> map_normal;  // tangent frame
+};
+
+template <Real T>
+void ComputeBarycentrics(int count, Scratch& s, Row& depth) {
+  for (int i = 0; i < count; i += kLaneCount<T>) {
+    const T px = Load<T>(s.x, i);
+    const T py = Load<T>(s.y, i);
+    Vec<T> x;
+    Vec<T> y;
+    Vec<T> w;
+    for (std::size_t k = 0; k < 3; ++k) {
+      x[k] = Load<T>(s.corner[3 * k], i) - px;
+      y[k] = Load<T>(s.corner[3 * k + 1], i) - py;
+      w[k] = Load<T>(s.corner[3 * k + 2], i);
+    }
+    const Vec<T> area = {
+        x[1] * y[2] - y[1] * x[2], x[2] * y[0] - y[2] * x[0], x[0] * y[1] - y[0] * x[1]};
+    Vec<T> bary = {area[0] * w[0], area[1] * w[1], area[2] * w[2]};
+    const T sum = bary[0] + bary[1] + bary[2];
+    const auto flat = sum == T(0);
+    const T inverse = T(1) / Select(flat, T(1), sum);
+    T z(0);
+    for (std::size_t k = 0; k < 3; ++k) {
+      bary[k] = Select(flat, T(1.0F / 3), bary[k] * inverse);
+      Store(bary[k], s.bary[k], i);
+      z += bary[k] / w[k];
+    }
+    Store(z, depth, i);
+    // Counter-clockwise seen from outside is clockwise in a picture whose y points down.
+    Store(Select(T(0) < area[0] + area[1] + area[2], T(-1), T(1)), s.facing, i);
+  }
+}
+
+template <Real T>
+void ComputeFrames(const Vec3f& eye, bool mapped, const Scratch& s, ShadeBlock& shade) {
+  for (int i = 0; i < shade.count; i += kLaneCount<T>) {
+    const Vec<T> position = Load3<T>(&s.at[0], i);
+    const Vec<T> n = Unit(Load3<T>(&s.at[3], i));
+    Vec<T> normal = n;
+    if (mapped) {
+      Vec<T> t = Load3<T>(&s.at[6], i);
+      const T along = Dot(t, n);
+      for (std::size_t a = 0; a < 3; ++a) t[a] -= along * n[a];
+      t = Unit(t);
+      const T hand = Select(Load<T>(s.at[9], i) < T(0), T(-1), T(1));
+      const Vec<T> b = {hand * (n[1] * t[2] - n[2] * t[1]),
+                        hand * (n[2] * t[0] - n[0] * t[2]),
+                        hand * (n[0] * t[1] - n[1] * t[0])};
+      const Vec<T> m = Load3<T>(s.map_normal.data(), i);
+      for (std::size_t a = 0; a < 3; ++a) normal[a] = m[0] * t[a] + m[1] * b[a] + m[2] * n[a];
+      normal = Unit(normal);
+    }
+    const T facing = Load<T>(s.facing, i);
+    Vec<T> side;
+    Vec<T> view;
+    for (std::size_t a = 0; a < 3; ++a) {
+      side[a] = facing * n[a];
+      normal[a] = facing * normal[a];
+      view[a] = T(eye[static_cast<int>(a)]) - position[a];
+    }
+    Store3(position, shade.position.data(), i);
+    Store3(side, shade.side.data(), i);
+    Store3(normal, shade.normal.data(), i);
+    Store3(Unit(view), shade.view.data(), i);
+  }
+}
+
+}  // namespace
+
+template <class T>
 void GatherSamples(const RenderSurface& surface,
                    const PackedSurface& packed,
                    const ScreenSurface& screen,
                    SampleBlock& samples,
                    ShadeBlock& shade) {
   shade.count = samples.count;
+  Scratch s;
+  const std::size_t count = Size(samples.count);
+  // Lanes past the last sample repeat it: what they compute is never read, but finite.
+  const std::size_t end =
+      (count + Size(kLaneCount<Lanes>) - 1) / Size(kLaneCount<Lanes>) * Size(kLaneCount<Lanes>);
+  const auto source = [&](std::size_t i) { return std::min(i, count - 1); };
+  for (std::size_t i = 0; i < end; ++i) {
+    const Triangle& t = surface.atlas->triangles[Size(samples.triangle[source(i)])];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const ScreenVertex& v = screen.vertices[Size(t[k])];
+      s.corner[3 * k][i] = v.x;
+      s.corner[3 * k + 1][i] = v.y;
+      s.corner[3 * k + 2][i] = v.inverse_depth;
+    }
+    s.x[i] = static_cast<float>(samples.x[source(i)]) + 0.5F;
+    s.y[i] = static_cast<float>(samples.y[source(i)]) + 0.5F;
+  }
+  ComputeBarycentrics<T>(samples.count, s, samples.depth);
+
   const MaterialMaps& maps = *surface.maps;
-  const int num_specular = maps.specular.channels;
-  std::array<float, kMaxSpecular> specular = {};
+  const bool mapped = surface.normal_map != nullptr;
+  std::array<float, kMaxSpecular> texel = {};
   alignas(64) std::array<float, 16> at;
-  for (std::size_t i = 0; i < Size(samples.count); ++i) {
-    const Triangle& t = surface.atlas->triangles[Size(samples.triangle[i])];
-    const ScreenVertex& sa = screen.vertices[Size(t[0])];
-    const ScreenVertex& sb = screen.vertices[Size(t[1])];
-    const ScreenVertex& sc = screen.vertices[Size(t[2])];
-    const Vec3f bary = PerspectiveBarycentrics(sa, sb, sc, samples.x[i], samples.y[i]);
+  for (std::size_t i = 0; i < end; ++i) {
+    const std::size_t from = source(i);
+    const Triangle& t = surface.atlas->triangles[Size(samples.triangle[from])];
     const std::array<float, 16>& a = packed.vertices[Size(t[0])].v;
     const std::array<float, 16>& b = packed.vertices[Size(t[1])].v;
     const std::array<float, 16>& c = packed.vertices[Size(t[2])].v;
-    for (std::size_t k = 0; k < 16; ++k) at[k] = bary[0] * a[k] + bary[1] * b[k] + bary[2] * c[k];
-    samples.u[i] = at[10];
-    samples.v[i] = at[11];
-    samples.depth[i] =
-        bary[0] / sa.inverse_depth + bary[1] / sb.inverse_depth + bary[2] / sc.inverse_depth;
-
-    const Vec3f position(at[0], at[1], at[2]);
-    Vec3f side = Normalized({at[3], at[4], at[5]});
-    Vec3f normal = side;
-    if (surface.normal_map != nullptr) {
-      const Vec3f raw(at[6], at[7], at[8]);
-      const Vec3f tangent = Normalized(raw - raw.dot(side) * side);
-      const Vec3f bitangent = (at[9] < 0 ? -1.0F : 1.0F) * side.cross(tangent);
-      Vec3f m;
-      Bilinear(*surface.normal_map, at[10], at[11], m.data());
-      normal = Normalized(m[0] * tangent + m[1] * bitangent + m[2] * side);
+    const float wa = s.bary[0][from];
+    const float wb = s.bary[1][from];
+    const float wc = s.bary[2][from];
+    for (std::size_t k = 0; k < 16; ++k) at[k] = wa * a[k] + wb * b[k] + wc * c[k];
+    for (std::size_t k = 0; k < s.at.size(); ++k) s.at[k][i] = at[k];
+    const float u = at[10];
+    const float v = at[11];
+    samples.u[i] = u;
+    samples.v[i] = v;
+    if (mapped) {
+      Bilinear(*surface.normal_map, u, v, texel.data());
+      for (std::size_t k = 0; k < 3; ++k) s.map_normal[k][i] = texel[k];
     }
-    // Counter-clockwise seen from outside is clockwise in a picture whose y points down.
-    const float area = (sb.x - sa.x) * (sc.y - sa.y) - (sc.x - sa.x) * (sb.y - sa.y);
-    if (area > 0) {
-      side = -side;
-      normal = -normal;
+    Bilinear(maps.diffuse, u, v, texel.data());
+    for (std::size_t k = 0; k < 3; ++k) shade.diffuse[k][i] = texel[k];
+    Bilinear(maps.specular, u, v, texel.data());
+    for (std::size_t k = 0; k < Size(maps.specular.channels); ++k) {
+      shade.specular[k][i] = texel[k];
     }
-    const Vec3f view = Normalized(screen.eye - position);
-    for (int k = 0; k < 3; ++k) {
-      shade.position[Size(k)][i] = position[k];
-      shade.side[Size(k)][i] = side[k];
-      shade.normal[Size(k)][i] = normal[k];
-      shade.view[Size(k)][i] = view[k];
-    }
-    std::array<float, 3> diffuse;
-    Bilinear(maps.diffuse, at[10], at[11], diffuse.data());
-    for (std::size_t k = 0; k < 3; ++k) shade.diffuse[k][i] = diffuse[k];
-    Bilinear(maps.specular, at[10], at[11], specular.data());
-    for (std::size_t k = 0; k < Size(num_specular); ++k) shade.specular[k][i] = specular[k];
   }
+  ComputeFrames<T>(screen.eye, mapped, s, shade);
 }
+
+template void GatherSamples<float>(
+    const RenderSurface&, const PackedSurface&, const ScreenSurface&, SampleBlock&, ShadeBlock&);
+template void GatherSamples<Lanes>(
+    const RenderSurface&, const PackedSurface&, const ScreenSurface&, SampleBlock&, ShadeBlock&);
 
 }  // namespace dyxel::internal

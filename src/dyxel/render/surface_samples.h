@@ -40,14 +40,16 @@ struct ScreenSurface {
 // Samples of one block: where they are, and what of them shading does not need.
 struct SampleBlock {
   int count = 0;
-  std::array<int, kShadeBlock> pixel;  // in the tile
-  std::array<std::int32_t, kShadeBlock> triangle;
-  std::array<float, kShadeBlock> x, y;   // indices of the samples in the window
-  std::array<float, kShadeBlock> u, v;   // out: parameterization I
-  std::array<float, kShadeBlock> depth;  // out: metres along the camera's axis
+  std::array<int, kShadeBlock> pixel = {};  // in the tile
+  std::array<std::int32_t, kShadeBlock> triangle = {};
+  std::array<int, kShadeBlock> x = {}, y = {};  // samples from the window's corner
+  alignas(64) ShadeBlock::Row u = {}, v = {};   // out: parameterization I
+  alignas(64) ShadeBlock::Row depth = {};       // out: metres along the camera's axis
 };
-// Interpolates the attributes of the samples and looks up the maps: fills u, v and depth of
-// `samples` and all of `shade` but the radiance. Seen from behind, both normals are mirrored.
+// Interpolates the attributes of the samples (at least one) and looks up the maps: fills u, v and
+// depth of `samples` and all of `shade` but the radiance. Seen from behind, both normals are
+// mirrored. Instantiated for float and Lanes.
+template <class T>
 void GatherSamples(const RenderSurface& surface,
                    const PackedSurface& packed,
                    const ScreenSurface& screen,
