@@ -48,11 +48,14 @@ void WriteTurntable(const Project& project, const Job& job, const fs::path& file
 
 void RunDemo(const fs::path& folder) {
   const fs::path capture = folder / "capture";
-  // The manifest is written last: a capture that has one is whole.
-  if (!fs::exists(capture / "capture.json")) {
+  if (!fs::exists(capture)) {
+    // Rendered beside its place: a capture that is there is whole.
+    const fs::path part = folder / "capture.part";
+    fs::remove_all(part);
     ProgressBar bar("studio");
-    WriteStudioCapture(capture, FindStudioPreset("demo"), bar.Callback());
+    WriteStudioCapture(part, FindStudioPreset("demo"), bar.Callback());
     bar.Finish();
+    fs::rename(part, capture);
   }
   ProjectInputs inputs;
   inputs.capture = capture;
