@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "dyxel/image/sampling.h"
 #include "dyxel/render/orbit.h"
 #include "dyxel/render/renderer.h"
 #include "dyxel/render/tone_map.h"
