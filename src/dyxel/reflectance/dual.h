@@ -1,6 +1,6 @@
 // Dual numbers: a value with its derivatives by N variables, so that a function written for
 // `Real T` gives its gradient too (forward-mode differentiation). The value may be a scalar or
-// lanes.
+// lanes. Inlined by force: at -O2 the compiler would call them, lanes in memory.
 #pragma once
 
 #include <array>
@@ -26,46 +26,56 @@ struct Dual {
   }
 
   // f(value) with the slope f'(value): the chain rule.
-  [[nodiscard]] Dual Chain(const T& f, const T& slope) const {
+  [[nodiscard, gnu::always_inline]] Dual Chain(const T& f, const T& slope) const {
     Dual y(f);
     for (std::size_t i = 0; i < N; ++i) y.d[i] = slope * d[i];
     return y;
   }
 
   // f(value) of slope 1.
-  [[nodiscard]] Dual Chain1(const T& f) const {
+  [[nodiscard, gnu::always_inline]] Dual Chain1(const T& f) const {
     Dual y = *this;
     y.value = f;
     return y;
   }
 
-  friend Dual operator-(const Dual& a) { return a.Chain(-a.value, T(-1)); }
-  friend Dual operator+(const Dual& a, const Dual& b) {
+  [[gnu::always_inline]] friend Dual operator-(const Dual& a) { return a.Chain(-a.value, T(-1)); }
+  [[gnu::always_inline]] friend Dual operator+(const Dual& a, const Dual& b) {
     Dual y(a.value + b.value);
     for (std::size_t i = 0; i < N; ++i) y.d[i] = a.d[i] + b.d[i];
     return y;
   }
-  friend Dual operator-(const Dual& a, const Dual& b) {
+  [[gnu::always_inline]] friend Dual operator-(const Dual& a, const Dual& b) {
     Dual y(a.value - b.value);
     for (std::size_t i = 0; i < N; ++i) y.d[i] = a.d[i] - b.d[i];
     return y;
   }
-  friend Dual operator*(const Dual& a, const Dual& b) {
+  [[gnu::always_inline]] friend Dual operator*(const Dual& a, const Dual& b) {
     Dual y(a.value * b.value);
     for (std::size_t i = 0; i < N; ++i) y.d[i] = a.d[i] * b.value + a.value * b.d[i];
     return y;
   }
-  friend Dual operator/(const Dual& a, const Dual& b) {
+  [[gnu::always_inline]] friend Dual operator/(const Dual& a, const Dual& b) {
     const T inverse = T(1) / b.value;
     Dual y(a.value * inverse);
     for (std::size_t i = 0; i < N; ++i) y.d[i] = (a.d[i] - y.value * b.d[i]) * inverse;
     return y;
   }
-  friend Dual operator*(const Dual& a, const T& b) { return a.Chain(a.value * b, b); }
-  friend Dual operator*(const T& a, const Dual& b) { return b.Chain(a * b.value, a); }
-  friend Dual operator+(const Dual& a, const T& b) { return a.Chain1(a.value + b); }
-  friend Dual operator+(const T& a, const Dual& b) { return b.Chain1(a + b.value); }
-  friend Dual operator-(const Dual& a, const T& b) { return a.Chain1(a.value - b); }
+  [[gnu::always_inline]] friend Dual operator*(const Dual& a, const T& b) {
+    return a.Chain(a.value * b, b);
+  }
+  [[gnu::always_inline]] friend Dual operator*(const T& a, const Dual& b) {
+    return b.Chain(a * b.value, a);
+  }
+  [[gnu::always_inline]] friend Dual operator+(const Dual& a, const T& b) {
+    return a.Chain1(a.value + b);
+  }
+  [[gnu::always_inline]] friend Dual operator+(const T& a, const Dual& b) {
+    return b.Chain1(a + b.value);
+  }
+  [[gnu::always_inline]] friend Dual operator-(const Dual& a, const T& b) {
+    return a.Chain1(a.value - b);
+  }
   Dual& operator+=(const Dual& b) { return *this = *this + b; }
   Dual& operator-=(const Dual& b) { return *this = *this - b; }
   Dual& operator*=(const Dual& b) { return *this = *this * b; }
@@ -75,12 +85,14 @@ struct Dual {
   friend auto operator<(const Dual& a, const Dual& b) { return a.value < b.value; }
   friend auto operator<=(const Dual& a, const Dual& b) { return a.value <= b.value; }
 
-  friend Dual exp(const Dual& x) {
+  [[gnu::always_inline]] friend Dual exp(const Dual& x) {
     const T y = Exp(x.value);
     return x.Chain(y, y);
   }
-  friend Dual log(const Dual& x) { return x.Chain(Log(x.value), T(1) / x.value); }
-  friend Dual sqrt(const Dual& x) {
+  [[gnu::always_inline]] friend Dual log(const Dual& x) {
+    return x.Chain(Log(x.value), T(1) / x.value);
+  }
+  [[gnu::always_inline]] friend Dual sqrt(const Dual& x) {
     const T y = Sqrt(x.value);
     return x.Chain(y, T(1) / (y + y));
   }
@@ -94,7 +106,9 @@ struct LaneTraits<Dual<N, T>> {
 };
 
 template <int N, Real T>
-Dual<N, T> Select(const MaskOf<T>& mask, const Dual<N, T>& a, const Dual<N, T>& b) {
+[[gnu::always_inline]] inline Dual<N, T> Select(const MaskOf<T>& mask,
+                                                const Dual<N, T>& a,
+                                                const Dual<N, T>& b) {
   Dual<N, T> y(Select(mask, a.value, b.value));
   for (std::size_t i = 0; i < N; ++i) y.d[i] = Select(mask, a.d[i], b.d[i]);
   return y;

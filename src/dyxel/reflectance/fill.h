@@ -1,16 +1,26 @@
 // Values for the texels that nothing measured (method.md 8).
 #pragma once
 
+#include <vector>
+
 #include "dyxel/reflectance/dyxels.h"
 #include "dyxel/reflectance/reflectance.h"
 
 namespace dyxel {
 
-// Gives every texel with filled = 1 the material of the nearest measured texel of the graph and a
-// diffuse albedo that continues its measured neighbours' of that material smoothly (Jacobi rounds
-// of Laplace's equation); those that the graph does not join to any measured texel get the
-// largest material and its mean albedo. Materials' mean_diffuse and texels must be set. Normals
-// become the model's.
-void FillUnmeasured(const TexelGraph& graph, Reflectance& reflectance);
+// Completes the diffuse albedo and the materials. `trust` is (K): 0 where nothing was measured
+// (filled = 1), else how much the texel's albedo counts against its neighbours'; from kSureTrust on
+// it stays as it is.
+//
+// A texel without measurement gets the material of the nearest sure texel of the graph (measured,
+// where its part of the graph has no sure one). Albedos solve, by Jacobi rounds within a material,
+//   trust (ρ − measured) + Σ_neighbours (ρ − ρ_y) + ε (ρ − mean of the material) = 0:
+// near measured texels they continue those, far from them they are the material's mean. Texels that
+// the graph joins to no measured one get the largest material and its mean. Materials' mean_diffuse
+// must be set, the largest being the first. Normals of filled texels become the model's.
+inline constexpr float kSureTrust = 3;
+void FillUnmeasured(const TexelGraph& graph,
+                    const std::vector<float>& trust,
+                    Reflectance& reflectance);
 
 }  // namespace dyxel

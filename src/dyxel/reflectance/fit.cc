@@ -194,10 +194,13 @@ std::vector<MaterialFit> FitMaterials(std::vector<MaterialSamples>& materials,
   for (const SpecularInfo& info : SpecularParameters(options.model)) prior.push_back(info.initial);
   std::vector<MaterialFit> fits;
   for (MaterialSamples& samples : materials) {
-    MaterialFit fit{.params = prior};
-    if (!samples.texel.empty()) {
+    MaterialFit fit;
+    if (samples.texel.empty()) {
+      fit.params = prior;
+    } else {
       const auto refit = [&] {
-        fit.params = internal::FitSpecular(options.model, samples, prior, errors).params;
+        fit.params =
+            internal::FitSpecular(options.model, samples, prior, fit.params, errors).params;
         internal::EstimateNoise(options.model, samples, fit.params, errors);
       };
       refit();
@@ -384,7 +387,7 @@ Reflectance FitReflectance(const DyxelSource& source,
   });
 
   SummariseMaterials(fits, out);
-  FillUnmeasured(graph, out);
+  FillUnmeasured(graph, information, out);
   out.confidence.resize(num_texels);
   out.specular.assign(out.materials[0].specular.size(), std::vector<float>(num_texels));
   for (std::size_t x = 0; x < num_texels; ++x) {

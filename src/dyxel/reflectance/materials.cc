@@ -133,6 +133,45 @@ std::vector<int> Majority(const std::vector<int>& label, const TexelGraph& graph
   return out;
 }
 
+// Gives every patch of fewer than `min_texels` the label that most of the known texels around it
+// have; one that nothing surrounds keeps its own.
+void JoinSmallPatches(std::size_t min_texels, const TexelGraph& graph, std::vector<int>& label) {
+  std::vector<std::uint8_t> visited(label.size(), 0);
+  std::vector<std::size_t> patch;
+  for (std::size_t start = 0; start < label.size(); ++start) {
+    if (label[start] < 0 || visited[start] != 0) continue;
+    patch.assign(1, start);
+    visited[start] = 1;
+    std::vector<int> border;
+    for (std::size_t head = 0; head < patch.size(); ++head) {
+      for (const int neighbour : graph.neighbours[patch[head]]) {
+        if (neighbour < 0) continue;
+        const auto y = static_cast<std::size_t>(neighbour);
+        if (label[y] < 0) continue;
+        if (label[y] != label[start]) {
+          if (patch.size() < min_texels) border.push_back(label[y]);
+        } else if (visited[y] == 0) {
+          visited[y] = 1;
+          patch.push_back(y);
+        }
+      }
+    }
+    if (patch.size() >= min_texels || border.empty()) continue;
+    std::sort(border.begin(), border.end());
+    int best = border[0];
+    std::ptrdiff_t most = 0;
+    for (auto i = border.begin(); i != border.end();) {
+      const auto end = std::upper_bound(i, border.end(), *i);
+      if (end - i > most) {
+        most = end - i;
+        best = *i;
+      }
+      i = end;
+    }
+    for (const std::size_t x : patch) label[x] = best;
+  }
+}
+
 // Labels renumbered by falling count; a cluster that lost all its texels vanishes.
 void Renumber(std::vector<int>& label, std::size_t count) {
   std::vector<std::int64_t> texels(count, 0);
@@ -208,6 +247,8 @@ std::vector<int> ClusterMaterials(const std::array<std::vector<float>, 3>& diffu
     }
   });
   for (int round = 0; round < options.smoothing; ++round) label = Majority(label, graph);
+  JoinSmallPatches(
+      static_cast<std::size_t>(options.min_patch * static_cast<double>(known)), graph, label);
   Renumber(label, clusters.centres.size());
   return label;
 }

@@ -14,12 +14,15 @@ struct ClusterOptions {
   int max_materials = 8;    // of an automatic choice
   double explained = 0.95;  // in (0, 1)
   int smoothing = 4;        // rounds of majority over the graph
+  double min_patch = 2e-4;  // share of the known texels below which a patch joins its surroundings
   std::uint64_t seed = 1;
 };
 
 // A material for each texel with confidence > 0, -1 elsewhere; numbered by falling number of
 // texels. K-means (k-means++ starts, seeded) over CIELAB of the diffuse albedo, lightness counting
-// half, weighted by confidence; then majority over the graph. `diffuse` is [channel][K], shading
+// half, weighted by confidence; then majority over the graph,
+// and patches (connected texels of one material) that are too small join what surrounds them.
+// `diffuse` is [channel][K], shading
 // removed. Deterministic.
 [[nodiscard]] std::vector<int> ClusterMaterials(const std::array<std::vector<float>, 3>& diffuse,
                                                 const std::vector<float>& confidence,

@@ -74,6 +74,22 @@ TEST(ClusterMaterials, LoneTexelsFollowTheirNeighbours) {
             stripes.truth);
 }
 
+TEST(ClusterMaterials, SmallPatchesJoinTheirSurroundings) {
+  Coloured stripes = Stripes(0.05F);
+  for (int y = 10; y < 14; ++y) {
+    for (int x = 10; x < 14; ++x) {
+      const auto i = static_cast<std::size_t>(y * kWidth + x);
+      for (std::size_t c = 0; c < 3; ++c) stripes.diffuse[c][i] = stripes.diffuse[c][i + 45];
+    }
+  }
+  const std::vector<float> confidence(stripes.truth.size(), 1.0F);
+  const TexelGraph graph = MakeGridGraph(kWidth, kHeight);
+  EXPECT_NE(ClusterMaterials(stripes.diffuse, confidence, graph, {.materials = 3}), stripes.truth);
+  EXPECT_EQ(
+      ClusterMaterials(stripes.diffuse, confidence, graph, {.materials = 3, .min_patch = 0.02}),
+      stripes.truth);
+}
+
 // Published: sRGB primaries and white in CIELAB (D65).
 TEST(Lab, AgreesWithPublishedValues) {
   EXPECT_THAT(internal::Lab(1, 1, 1),

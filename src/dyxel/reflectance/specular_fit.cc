@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::size_t kBlock = 128;  // texels of one task
 constexpr int kMaxSteps = 40;
-constexpr double kMinDecrease = 1e-5;  // relative, of a step that goes on
+constexpr double kMinDecrease = 1e-4;  // relative, of a step that goes on
 // The prior weighs as much as so many samples one noise off for a quarter of a parameter's range.
 constexpr double kPriorSamples = 30;
 
@@ -62,10 +62,15 @@ class Problem {
     }
   }
 
-  SpecularFit Solve() {
+  SpecularFit Solve(const std::vector<double>& start_params) {
     // The best of: the prior, and each parameter a quarter from either end of its range.
     std::vector<Vector> starts = {Clamped(prior_)};
-    for (int i = 0; i < kN; ++i) {
+    if (!start_params.empty()) {
+      for (int i = 0; i < kN; ++i) {
+        starts[0][i] = ToSearch(Info(i), start_params[static_cast<std::size_t>(i)]);
+      }
+    }
+    for (int i = 0; i < kN && start_params.empty(); ++i) {
       for (const double share : {0.25, 0.75}) {
         Vector x = starts[0];
         x[i] = low_[i] + share * (high_[i] - low_[i]);
@@ -216,9 +221,10 @@ typename Brdf::template Params<T> ConstantParams(const std::vector<double>& para
 SpecularFit FitSpecular(const std::string& model,
                         MaterialSamples& samples,
                         const std::vector<double>& prior,
+                        const std::vector<double>& start,
                         const ErrorModel& errors) {
-  return VisitBrdf(model,
-                   [&]<class Brdf>(Brdf) { return Problem<Brdf>(samples, prior, errors).Solve(); });
+  return VisitBrdf(
+      model, [&]<class Brdf>(Brdf) { return Problem<Brdf>(samples, prior, errors).Solve(start); });
 }
 
 void EstimateNoise(const std::string& model,

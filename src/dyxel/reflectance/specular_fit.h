@@ -27,11 +27,13 @@ struct SpecularFit {
 
 // Minimises the robust error of all samples over the model's specular parameters, every texel's
 // diffuse albedo (kept in `samples.diffuse`) being the best for them: variable projection,
-// Levenberg-Marquardt from the best of a few starts, `prior` among them. A weak pull towards
+// Levenberg-Marquardt from `start`, or where that is empty from the best of a few starts, `prior`
+// among them. A weak pull towards
 // `prior` decides where the samples do not.
 [[nodiscard]] SpecularFit FitSpecular(const std::string& model,
                                       MaterialSamples& samples,
                                       const std::vector<double>& prior,
+                                      const std::vector<double>& start,
                                       const ErrorModel& errors);
 
 // Sets samples.noise to 1.48 times the median of the normalised errors (R2 with σ = 1).

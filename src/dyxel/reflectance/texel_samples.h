@@ -108,10 +108,10 @@ struct Prediction {
 };
 
 template <class Brdf, Real U, Real T>
-Prediction<U> Predict(const TexelSamples<T>& texel,
-                      const typename TexelSamples<T>::Sample& sample,
-                      const Triple<U>& normal,
-                      const typename Brdf::template Params<U>& params) {
+[[gnu::flatten]] Prediction<U> Predict(const TexelSamples<T>& texel,
+                                       const typename TexelSamples<T>::Sample& sample,
+                                       const Triple<U>& normal,
+                                       const typename Brdf::template Params<U>& params) {
   const U zero(T(0));
   Prediction<U> out;
   out.diffuse.fill(zero);
