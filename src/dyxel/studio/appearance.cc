@@ -81,7 +81,7 @@ Rgb ShirtAlbedo(const Cloth& cloth, const Vec3f& p) {
     }
   }
   // Seams: collar, sleeve and hem are a little darker.
-  if (at.sleeve) c *= 1 - 0.25F * Band(at.along, 10.0F, 0.345F, 0.0020F);
+  if (at.sleeve && cloth.variation > 0) c *= 1 - 0.25F * Band(at.along, 10.0F, 0.345F, 0.0020F);
   return c;
 }
 
