@@ -45,8 +45,8 @@ struct AtlasOptions {
 //   surface is seen from outside.
 // - II: the skin cut along the seam alone, its border on the unit square, same orientation.
 //   Copies that only I needs share their uv_ii.
-// No triangle is flipped and no two overlap in either (checked at the end). The first V cut
-// vertices are the skin's own. Deterministic for any number of threads.
+// No triangle is flipped and no two overlap in either, by construction (in double precision). The
+// first V cut vertices are the skin's own. Deterministic for any number of threads.
 // Throws Error(kInput) for a skin of another kind, Error(kStage) where no such map was found.
 [[nodiscard]] Atlas MakeClosedAtlas(std::span<const Vec3f> positions,
                                     std::span<const Triangle> triangles,

@@ -270,8 +270,7 @@ DiskHierarchy::Level DiskHierarchy::Current() const {
   return level;
 }
 
-int DiskHierarchy::Refine(std::vector<Vec2d>& uv, bool straight_border) {
-  int failures = 0;
+void DiskHierarchy::Refine(std::vector<Vec2d>& uv, bool straight_border) {
   std::vector<std::array<Vec2d, 2>> edges;
   std::vector<Collapse>& level = levels_.back();
   for (auto it = level.rbegin(); it != level.rend(); ++it) {
@@ -325,14 +324,10 @@ int DiskHierarchy::Refine(std::vector<Vec2d>& uv, bool straight_border) {
     if (!placed && !(straight_border && other >= 0)) {
       placed = KernelCentre(edges, place) && SeesAll(edges, place);
     }
-    if (!placed) {
-      ++failures;
-      if (!(straight_border && other >= 0)) place = uv[u];
-    }
+    if (!placed && !(straight_border && other >= 0)) place = uv[u];
     uv[v] = place;
   }
   levels_.pop_back();
-  return failures;
 }
 
 }  // namespace dyxel::internal

@@ -34,9 +34,9 @@ class DiskHierarchy {
 
   // Brings the vertices of one level back and places each within the kernel of its ring, so that a
   // map without flips stays one; a border vertex on the line between its neighbours where that is
-  // possible, always where `straight_border`. `uv` (V) of the whole disk. Returns how many could
-  // not be placed for want of precision.
-  int Refine(std::vector<Vec2d>& uv, bool straight_border);
+  // possible, always where `straight_border`. `uv` (V) of the whole disk. A vertex for which
+  // precision leaves no room lands on its neighbour: a triangle without area.
+  void Refine(std::vector<Vec2d>& uv, bool straight_border);
 
  private:
   struct Collapse {

@@ -179,9 +179,8 @@ void GrowBack(DiskHierarchy& hierarchy,
               std::vector<Vec2d>& uv,
               const Freedom& freedom,
               bool straight_border) {
-  int failures = 0;
   while (!hierarchy.AtFinest()) {
-    failures += hierarchy.Refine(uv, straight_border);
+    hierarchy.Refine(uv, straight_border);
     DiskHierarchy::Level level = hierarchy.Current();
     FlatMesh flat{std::move(level.triangles), std::move(level.rest), {}};
     Freedom level_freedom;
@@ -192,10 +191,19 @@ void GrowBack(DiskHierarchy& hierarchy,
     Relax(flat, level_freedom, hierarchy.AtFinest() ? 10 : 5, 1e-4);
     for (std::size_t i = 0; i < level.vertices.size(); ++i) uv[level.vertices[i]] = flat.uv[i];
   }
-  Require(failures == 0,
+}
+
+// What a vertex without room, or a start that was no map, would leave.
+void RequireNoFlips(std::span<const Triangle> triangles, const std::vector<Vec2d>& uv) {
+  const auto flips = std::count_if(triangles.begin(), triangles.end(), [&](const Triangle& t) {
+    return !(DoubleArea(uv[t[0]], uv[t[1]], uv[t[2]]) > 0);
+  });
+  Require(flips == 0,
           Fault::kStage,
-          "{} vertices could not be flattened: the mesh has degenerate triangles there; remesh it",
-          failures);
+          "{} of {} triangles could not be flattened without a flip: the skin has degenerate "
+          "triangles there; remesh it",
+          flips,
+          triangles.size());
 }
 
 }  // namespace
@@ -231,6 +239,7 @@ FreeMap FlattenFree(std::span<const Vec3f> positions,
     }
   }
   GrowBack(hierarchy, uv, freedom, false);
+  RequireNoFlips(triangles, uv);
   return {std::move(uv), {}};
 }
 
@@ -292,6 +301,7 @@ std::vector<Vec2d> FlattenToSquare(std::span<const Vec3f> positions,
     for (std::size_t i = 0; i < level.vertices.size(); ++i) uv[level.vertices[i]] = flat.uv[i];
   }
   GrowBack(hierarchy, uv, freedom, true);
+  RequireNoFlips(triangles, uv);
   return uv;
 }
 
