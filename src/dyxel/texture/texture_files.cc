@@ -1,7 +1,12 @@
 #include "dyxel/texture/texture_files.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <memory>
+#include <mutex>
+
+#include <half.h>
 
 #include "dyxel/base/error.h"
 #include "dyxel/base/parallel.h"
@@ -12,6 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kTileTexels = 16384;
+constexpr std::size_t kKeptBytes = std::size_t{384} << 20U;  // of unpacked tiles, for later passes
 const std::vector<std::string> kTextureChannels = {"R", "G", "B", "A"};
 
 std::vector<std::string> LightChannels(std::size_t count) {
@@ -28,6 +34,61 @@ ImageF ReadRows(
   }
   return rows.image;
 }
+
+// One time step's textures over a tile, without the texels that a camera has no sample of: fits go
+// over all samples several times, and unpacking the files is what costs most.
+class KeptTextures {
+ public:
+  explicit KeptTextures(const MvvTextures& textures) : samples_(textures.weight.size()) {
+    for (std::size_t c = 0; c < samples_.size(); ++c) {
+      for (std::size_t k = 0; k < textures.weight[c].size(); ++k) {
+        if (textures.weight[c][k] <= 0) continue;
+        const float* const colour = &textures.radiance[c][3 * k];
+        samples_[c].push_back(
+            {static_cast<std::uint16_t>(k),
+             {half(colour[0]), half(colour[1]), half(colour[2]), half(textures.weight[c][k])}});
+      }
+      samples_[c].shrink_to_fit();
+    }
+    for (const std::vector<float>& visible : textures.light_visibility) {
+      light_visibility_.emplace_back(visible.begin(), visible.end());
+    }
+  }
+
+  [[nodiscard]] std::size_t bytes() const {
+    std::size_t sum = 0;
+    for (const auto& samples : samples_) sum += samples.size() * sizeof(Sample);
+    for (const auto& visible : light_visibility_) sum += visible.size() * sizeof(half);
+    return sum;
+  }
+
+  // As read from the files, but for the colours of texels without weight.
+  [[nodiscard]] MvvTextures Unpack(std::size_t count) const {
+    MvvTextures textures;
+    textures.radiance.assign(samples_.size(), std::vector<float>(3 * count));
+    textures.weight.assign(samples_.size(), std::vector<float>(count));
+    for (std::size_t c = 0; c < samples_.size(); ++c) {
+      for (const Sample& sample : samples_[c]) {
+        for (std::size_t i = 0; i < 3; ++i) {
+          textures.radiance[c][3 * std::size_t{sample.texel} + i] = sample.values[i];
+        }
+        textures.weight[c][sample.texel] = sample.values[3];
+      }
+    }
+    for (const auto& visible : light_visibility_) {
+      textures.light_visibility.emplace_back(visible.begin(), visible.end());
+    }
+    return textures;
+  }
+
+ private:
+  struct Sample {
+    std::uint16_t texel;
+    std::array<half, 4> values;
+  };
+  std::vector<std::vector<Sample>> samples_;         // [camera]
+  std::vector<std::vector<half>> light_visibility_;  // [light][texel]
+};
 
 }  // namespace
 
@@ -125,6 +186,10 @@ DyxelSource MakeDyxelSource(const Atlas& atlas,
     std::vector<std::string> camera_names;
     std::vector<DyxelStep> steps;
     std::size_t num_lights = 0;
+    // Tiles that were read before, [tile][step], as long as they are not too many.
+    std::mutex mutex;
+    std::vector<std::shared_ptr<const std::vector<KeptTextures>>> kept;
+    std::size_t kept_bytes = 0;
   };
   const auto shared = std::make_shared<Shared>();
   for (const Camera& camera : cameras) shared->camera_names.push_back(camera.name);
@@ -132,6 +197,7 @@ DyxelSource MakeDyxelSource(const Atlas& atlas,
   for (const DyxelStep& step : steps)
     shared->num_lights = std::max(shared->num_lights, step.lights.size());
   shared->steps = std::move(steps);
+  shared->kept.resize(static_cast<std::size_t>(source.num_tiles()));
   source.load = [shared, &atlas, &grid, begins = source.tile_begin](int index) {
     DyxelTile tile;
     tile.first_texel = begins[static_cast<std::size_t>(index)];
@@ -140,14 +206,24 @@ DyxelSource MakeDyxelSource(const Atlas& atlas,
                 static_cast<int>(shared->steps.size()),
                 static_cast<int>(shared->cameras.size()),
                 static_cast<int>(shared->num_lights));
+    std::shared_ptr<const std::vector<KeptTextures>> kept;
+    bool keep = false;
+    {
+      const std::scoped_lock lock(shared->mutex);
+      kept = shared->kept[static_cast<std::size_t>(index)];
+      keep = !kept && shared->kept_bytes < kKeptBytes;
+    }
+    std::vector<KeptTextures> read;
     for (std::size_t f = 0; f < shared->steps.size(); ++f) {
       const DyxelStep& step = shared->steps[f];
-      const MvvTextures textures = ReadMvvTextures(step.folder,
-                                                   shared->camera_names,
-                                                   static_cast<int>(step.lights.size()),
-                                                   grid,
-                                                   tile.first_texel,
-                                                   end);
+      const MvvTextures textures = kept ? (*kept)[f].Unpack(static_cast<std::size_t>(tile.texels))
+                                        : ReadMvvTextures(step.folder,
+                                                          shared->camera_names,
+                                                          static_cast<int>(step.lights.size()),
+                                                          grid,
+                                                          tile.first_texel,
+                                                          end);
+      if (keep) read.emplace_back(textures);
       FillDyxelFrame(atlas,
                      grid,
                      step.surface,
@@ -157,6 +233,16 @@ DyxelSource MakeDyxelSource(const Atlas& atlas,
                      tile.first_texel,
                      static_cast<int>(f),
                      tile);
+    }
+    if (keep) {
+      std::size_t bytes = 0;
+      for (const KeptTextures& textures : read) bytes += textures.bytes();
+      const std::scoped_lock lock(shared->mutex);
+      auto& slot = shared->kept[static_cast<std::size_t>(index)];
+      if (!slot && shared->kept_bytes + bytes <= kKeptBytes) {
+        shared->kept_bytes += bytes;
+        slot = std::make_shared<const std::vector<KeptTextures>>(std::move(read));
+      }
     }
     return tile;
   };

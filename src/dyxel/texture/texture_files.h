@@ -42,7 +42,8 @@ struct DyxelStep {
 };
 
 // Dyxels of all steps, read from the textures on demand in tiles of about 16,000 texels (whole rows
-// of the atlas). `atlas` and `grid` must outlive the source.
+// of the atlas). What was read is kept for the next pass, up to 384 MiB (a RES of some 24 frames);
+// the samples are the same either way. `atlas` and `grid` must outlive the source.
 [[nodiscard]] DyxelSource MakeDyxelSource(const Atlas& atlas,
                                           const TexelGrid& grid,
                                           std::vector<Camera> cameras,

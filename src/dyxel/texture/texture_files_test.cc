@@ -31,6 +31,7 @@ class TextureFilesTest : public testing::Test {
     for (auto* group : {&textures.radiance, &textures.weight, &textures.light_visibility}) {
       for (std::vector<float>& values : *group) {
         for (float& v : values) v = random.Uniform();
+        for (std::size_t i = 0; i < values.size(); i += 3) values[i] = 0;
       }
     }
     return textures;
@@ -132,6 +133,14 @@ TEST_F(TextureFilesTest, SourceGivesEveryTexelOnceWithTheSamplesOfAllSteps) {
     for (std::size_t s = 0; s < tile.irradiance.size(); ++s) {
       ASSERT_NEAR(tile.irradiance[s], expected.irradiance[s], 5 * kHalf);
     }
+    // The second time from memory: the same, also without the files.
+    if (i == 0) std::filesystem::rename(folder_, folder_.string() + "_gone");
+    const DyxelTile again = source.load(i);
+    if (i == 0) std::filesystem::rename(folder_.string() + "_gone", folder_);
+    ASSERT_EQ(again.radiance, tile.radiance);
+    ASSERT_EQ(again.weight, tile.weight);
+    ASSERT_EQ(again.irradiance, tile.irradiance);
+    ASSERT_EQ(again.view_dir, tile.view_dir);
   }
 }
 
