@@ -5,6 +5,7 @@
 
 #include "dyxel/base/parallel.h"
 #include "dyxel/mesh/adjacency.h"
+#include "dyxel/tracking/silhouettes.h"
 
 namespace dyxel::internal {
 
@@ -50,7 +51,8 @@ Vec2f Projector::Direction(const Vec3f& x_in_world, const Vec3f& direction) cons
 Observation Observe(std::span<const Camera> cameras,
                     std::span<const ImageU8> masks,
                     const Vec3d& center,
-                    int max_cells) {
+                    int max_cells,
+                    std::span<const char> partial) {
   std::vector<View> views(cameras.size());
   ParallelFor(cameras.size(), [&](std::size_t c) {
     const ImageU8& mask = masks[c];
@@ -70,7 +72,35 @@ Observation Observe(std::span<const Camera> cameras,
     view.area = static_cast<float>(std::count_if(
         view.field.value.data.begin(), view.field.value.data.end(), [](float v) { return v > 0; }));
     if (view.area > 0) view.camera = &camera;
+    if (partial.empty() || partial[c] == 0) return;
+    ImageU8 possible = mask;
+    for (std::uint8_t& v : possible.data) v = v >= kMaskUnknown ? 255 : 0;
+    view.outer = MakeDistanceField(possible, step, std::max(2 * step, size / 12));
+    // A contour is one only where it is the plate that begins there.
+    std::erase_if(view.contour.samples, [&](const ContourSample& s) {
+      return std::abs(view.outer.At(s.pixel)) > 1.5F * static_cast<float>(step);
+    });
   });
+  // A person is about as large in all views; those that see little of him must not count more.
+  std::vector<float> areas;
+  const auto cell = [](const View& view) {
+    const float size = view.metres_per_pixel * static_cast<float>(view.field.step);
+    return size * size;
+  };
+  for (const View& view : views) {
+    if (view.camera != nullptr && !view.partial()) areas.push_back(view.area * cell(view));
+  }
+  if (areas.empty()) {
+    for (const View& view : views) {
+      if (view.camera != nullptr) areas.push_back(view.area * cell(view));
+    }
+  }
+  std::sort(areas.begin(), areas.end());
+  for (View& view : views) {
+    if (view.camera == nullptr) continue;
+    view.norm = view.area;
+    if (view.partial()) view.norm = std::max(view.area, areas[areas.size() / 2] / cell(view));
+  }
   Observation observation;
   for (View& view : views) {
     if (view.camera != nullptr) observation.views.push_back(std::move(view));
@@ -200,6 +230,22 @@ Overlap BodyView::Compare(const View& view) const {
     count = 0;
     for (int x = begin; x < end; ++x) count += inside[x] > 0 ? row[x] : 0;
     both += count;
+  }
+  if (view.partial()) {
+    const DistanceField& outer = view.outer;
+    for (int y = y0_; y <= y1_; ++y) {
+      const int v = y - outer.top / outer.step;
+      if (v < 0 || v >= outer.value.height) continue;
+      for (int x = x0_; x <= x1_; ++x) {
+        const int u = x - outer.left / outer.step;
+        if (u < 0 || u >= outer.value.width || outer.value.At(u, v) <= 0) continue;
+        const bool person = x >= left && x < left + field.value.width && y >= top &&
+                            y < top + field.value.height && field.value.At(x - left, y - top) > 0;
+        if (!person)
+          model -= drawn_[static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) +
+                          static_cast<std::size_t>(x)];
+      }
+    }
   }
   Overlap overlap;
   overlap.both = static_cast<float>(both);

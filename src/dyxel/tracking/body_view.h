@@ -35,7 +35,12 @@ struct View {
   const Camera* camera = nullptr;
   DistanceField field;
   Contour contour;
-  float area = 0;              // grid cells inside
+  float area = 0;  // grid cells inside
+  float norm = 0;  // grid cells that the whole person has, about: mismatch is in it
+  // Where much of the person is lost in the dark: the field of the person and all that is unknown
+  // (kMaskUnknown). Between the two fields nothing is known. Empty where the silhouette is whole.
+  DistanceField outer;
+  [[nodiscard]] bool partial() const { return !outer.value.empty(); }
   float metres_per_pixel = 0;  // at the person
 };
 
@@ -45,11 +50,13 @@ struct Observation {
 };
 
 // `masks` (one a camera) must not be empty of people in all cameras; `center` and its distance give
-// the scale. Grids are reduced to at most about `max_cells` cells a side.
+// the scale. `partial` (one a camera, or none) says whose unknown pixels say nothing. Grids are
+// reduced to at most about `max_cells` cells a side.
 [[nodiscard]] Observation Observe(std::span<const Camera> cameras,
                                   std::span<const ImageU8> masks,
                                   const Vec3d& center,
-                                  int max_cells = 500);
+                                  int max_cells = 500,
+                                  std::span<const char> partial = {});
 
 // What the outlines need of a mesh's topology.
 struct OutlineTopology {
@@ -72,7 +79,7 @@ struct Rim {
 
 struct Overlap {
   float both = 0, either = 0;  // grid cells
-  float model = 0;
+  float model = 0;             // drawn cells of which something is known
   [[nodiscard]] float Iou() const { return either > 0 ? both / either : 0; }
 };
 

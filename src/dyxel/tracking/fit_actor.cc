@@ -27,8 +27,7 @@ double EstimateHeight(const SilhouetteSet& silhouettes) {
   std::vector<double> heights;
   const std::size_t frames = silhouettes.masks.size();
   for (const std::size_t t : SpreadFrames(frames, 5)) {
-    const HullSummary hull =
-        internal::FindHull(silhouettes.cameras, silhouettes.masks[t], silhouettes.up);
+    const HullSummary hull = internal::FindPerson(silhouettes, t);
     if (hull.found) heights.push_back(hull.top - hull.bottom);
   }
   Require(!heights.empty(),

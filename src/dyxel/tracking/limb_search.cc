@@ -67,7 +67,7 @@ double DrawnMismatch(PoseEvaluator& evaluator,
     const View& observed = observation.views[i];
     view.Draw(observed, positions, evaluator.body().actor.skin.triangles, limb.triangles);
     const Overlap o = view.Compare(observed);
-    parts[i] = static_cast<double>((o.either - o.both) / observed.area);
+    parts[i] = static_cast<double>((o.either - o.both) / observed.norm);
   });
   return std::accumulate(parts.begin(), parts.end(), 0.0) /
          std::max<double>(1, static_cast<double>(parts.size()));
@@ -260,7 +260,8 @@ std::vector<LimbCandidate> SearchLimb(PoseEvaluator& evaluator,
           for (int s = 0; s < 4; ++s) {
             const float t = (static_cast<float>(s) + 0.5F) / 4;
             const Vec2f p = pixels[k] + t * (pixels[k + 1] - pixels[k]);
-            const float depth = view.field.At(p) * view.metres_per_pixel;
+            const DistanceField& field = view.partial() ? view.outer : view.field;
+            const float depth = field.At(p) * view.metres_per_pixel;
             const float r = k == 2 ? 0.02F : 0.6F * radius;
             outside += std::clamp(r - depth, 0.0F, 0.25F) / 0.25F;
           }

@@ -9,7 +9,7 @@ namespace dyxel {
 namespace {
 
 constexpr int kBins = 24;
-constexpr std::size_t kLeastInBin = 200;
+constexpr std::size_t kLeastInBin = 100;
 
 float Quantile(std::vector<float>& values, double q) {
   const auto k = static_cast<std::size_t>(q * static_cast<double>(values.size() - 1));
@@ -33,7 +33,7 @@ PlateNoise FitPlateNoise(const ImageF& picture,
                          const ImageF& plate,
                          std::span<const ImageF> plates) {
   // A sample of the values, in bins of equal count by radiance.
-  constexpr std::size_t kStride = 7;
+  constexpr std::size_t kStride = 31;
   struct Sample {
     float radiance, squared;
   };
@@ -58,9 +58,9 @@ PlateNoise FitPlateNoise(const ImageF& picture,
     samples.push_back({std::max(0.0F, plate.data[i]), squared});
   }
   std::vector<float> bright;
-  bright.reserve(samples.size());
-  for (const float v : picture.data) {
-    if (std::isfinite(v)) bright.push_back(v);
+  bright.reserve(picture.data.size() / kStride + 1);
+  for (std::size_t i = 0; i < picture.data.size(); i += kStride) {
+    if (std::isfinite(picture.data[i])) bright.push_back(picture.data[i]);
   }
   PlateNoise noise;
   noise.gain = 0.004F;

@@ -83,7 +83,6 @@ void MatchView(const View& view,
                float reach,
                std::vector<Match>& matches) {
   const Projector project(*view.camera);
-  const DistanceField& field = view.field;
   const float metres = view.metres_per_pixel;
   const float reach_px = reach / metres;
   std::vector<Eigen::Matrix<float, 2, 3>> jacobians(rims.size());
@@ -92,7 +91,13 @@ void MatchView(const View& view,
     jacobians[k] = project.Jacobian(positions[static_cast<std::size_t>(rim.vertex)]);
     // Along the rim's normal to where the silhouette ends: outwards from within, inwards from
     // without. Steps of the distance itself never jump over the contour.
-    float distance = field.At(rim.pixel);
+    float distance = view.field.At(rim.pixel);
+    const bool within = distance > 0;
+    if (view.partial() && !within) {
+      distance = view.outer.At(rim.pixel);
+      if (distance > 0) continue;  // in the dark
+    }
+    const DistanceField& field = view.partial() && !within ? view.outer : view.field;
     const float direction = distance > 0 ? 1.0F : -1.0F;
     float t = 0;
     Vec2f p = rim.pixel;
@@ -157,7 +162,7 @@ PoseState PoseEvaluator::Evaluate(const Pose& pose) {
   double sum = 0;
   for (std::size_t i = 0; i < views_.size(); ++i) {
     const Overlap& o = state.overlaps[i];
-    sum += static_cast<double>((o.either - o.both) / observation_->views[i].area);
+    sum += static_cast<double>((o.either - o.both) / observation_->views[i].norm);
   }
   state.mismatch = views_.empty() ? 1 : sum / static_cast<double>(views_.size());
   return state;

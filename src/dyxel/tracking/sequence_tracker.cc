@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "dyxel/base/error.h"
+#include "dyxel/tracking/silhouettes.h"
 
 namespace dyxel::internal {
 namespace {
@@ -12,6 +13,11 @@ namespace {
 bool Better(const PoseSolution& a, const PoseSolution& b, double margin = 1e-4) {
   return a.mismatch < b.mismatch - margin;
 }
+
+// Where the strict hull has less than this share of the lenient one, silhouettes are incomplete.
+constexpr double kLostInTheDark = 0.5;
+// A view is partial where so much of the hull is unknown to it.
+constexpr double kPartialView = 0.25;
 
 }  // namespace
 
@@ -43,9 +49,32 @@ void CheckSilhouettes(const SilhouetteSet& silhouettes) {
   }
 }
 
+HullSummary FindPerson(const SilhouetteSet& silhouettes, std::size_t frame) {
+  const auto& masks = silhouettes.masks[frame];
+  const HullSummary strict = FindHull(silhouettes.cameras, masks, silhouettes.up);
+  bool dark = false;
+  for (const ImageU8& mask : masks) {
+    dark |= std::find(mask.data.begin(), mask.data.end(), kMaskUnknown) != mask.data.end();
+  }
+  if (!dark) return strict;
+  const HullSummary lenient =
+      FindHull(silhouettes.cameras, masks, silhouettes.up, 0.03, Dark::kUnknown);
+  const double ratio = std::pow(0.025 / 0.03, 3);
+  const bool lost = static_cast<double>(strict.voxels) * ratio <
+                    kLostInTheDark * static_cast<double>(lenient.voxels);
+  if (!lenient.found || (strict.found && !lost)) return strict;
+  return lenient;
+}
+
 Observation ObserveFrame(const SilhouetteSet& silhouettes, std::size_t frame, int max_cells) {
   const auto& masks = silhouettes.masks[frame];
-  return Observe(silhouettes.cameras, masks, MeetingPoint(silhouettes.cameras, masks), max_cells);
+  const HullSummary hull = FindPerson(silhouettes, frame);
+  std::vector<char> partial(masks.size(), 0);
+  for (std::size_t c = 0; c < hull.unknown.size(); ++c) {
+    partial[c] = hull.unknown[c] > kPartialView ? 1 : 0;
+  }
+  const Vec3d center = hull.found ? hull.center : MeetingPoint(silhouettes.cameras, masks);
+  return Observe(silhouettes.cameras, masks, center, max_cells, partial);
 }
 
 SequenceTracker::SequenceTracker(const SilhouetteSet& silhouettes,
@@ -62,8 +91,7 @@ void SequenceTracker::Start() {
   const std::size_t frames = silhouettes_.masks.size();
   std::vector<PoseSolution> starts;
   for (first_ = 0; first_ < frames; ++first_) {
-    const HullSummary hull =
-        FindHull(silhouettes_.cameras, silhouettes_.masks[first_], silhouettes_.up);
+    const HullSummary hull = FindPerson(silhouettes_, first_);
     if (!hull.found) continue;
     const Observation observation = ObserveFrame(silhouettes_, first_, 200);
     PoseEvaluator evaluator(observation, body_);

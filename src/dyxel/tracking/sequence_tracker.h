@@ -12,6 +12,10 @@ namespace dyxel::internal {
 // Throws Error(kInput) where masks and cameras don't fit together.
 void CheckSilhouettes(const SilhouetteSet& silhouettes);
 
+// The hull of a time step; where parts of the person are lost in the dark in some cameras, the
+// lenient one (visual_hull.h).
+[[nodiscard]] HullSummary FindPerson(const SilhouetteSet& silhouettes, std::size_t frame);
+
 // The views of one time step, grids of at most about `max_cells` cells a side.
 [[nodiscard]] Observation ObserveFrame(const SilhouetteSet& silhouettes,
                                        std::size_t frame,

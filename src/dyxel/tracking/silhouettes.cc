@@ -36,6 +36,8 @@ struct Reading {
 constexpr float kShadowTint = 0.15F;
 // A plate this many deviations bright that is matched by the picture is hardly a coincidence.
 constexpr float kSureLevel = 60;
+// A shadow as black as this may hide a person.
+constexpr float kDarkBelief = 0.04F;
 // Costs of calling a pixel the person, in lengths of boundary (pixels).
 constexpr float kPriorPlate = 0.1F;  // where nothing speaks for either
 constexpr float kBeliefCost = 4;     // where the plate surely shows
@@ -382,9 +384,14 @@ ImageU8 ExtractSilhouette(const ImageF& picture,
   if (options.smooth_radius > 0) cv::medianBlur(mask, mask, 2 * options.smooth_radius + 1);
   if (!KeepLargest(mask)) return ImageU8(picture.width, picture.height, 1);
 
+  // Where neither plate nor picture shows anything, a person in the dark would not show either.
   ImageU8 out(picture.width, picture.height, 1);
   for (int y = 0; y < mask.rows; ++y) {
-    std::copy_n(mask.ptr(y), mask.cols, &out.data[out.Index(0, y)]);
+    for (int x = 0; x < mask.cols; ++x) {
+      const auto e = reading.evidence(y, x);
+      const bool dark = e == kUnknown || (e == kShadow && reading.belief(y, x) < kDarkBelief);
+      out.At(x, y) = mask(y, x) != 0 ? kMaskPerson : dark ? kMaskUnknown : 0;
+    }
   }
   return out;
 }

@@ -1,6 +1,7 @@
 // Foreground masks from background plates (method.md 1).
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 #include "dyxel/base/option.h"
@@ -36,8 +37,14 @@ struct SilhouetteOptions {
   }
 };
 
-// The mask (255 inside, 0 outside) of one picture [h][w][3] against its plates (each [h][w][3], at
-// least one): the largest component, holes filled.
+// Values of a silhouette. From 128 on a pixel is the person. kMaskUnknown is outside for all who
+// don't ask: neither the person nor the plate is bright enough there to tell them apart; a person
+// whom no lamp reaches would look the same. The tracker asks.
+inline constexpr std::uint8_t kMaskPerson = 255;
+inline constexpr std::uint8_t kMaskUnknown = 64;
+
+// The mask (kMaskPerson, kMaskUnknown or 0) of one picture [h][w][3] against its plates (each
+// [h][w][3], at least one): the largest component, holes filled.
 [[nodiscard]] ImageU8 ExtractSilhouette(const ImageF& picture,
                                         std::span<const ImageF> plates,
                                         const SilhouetteOptions& options = {});

@@ -7,11 +7,12 @@
 
 #include "dyxel/base/parallel.h"
 #include "dyxel/tracking/body_view.h"
+#include "dyxel/tracking/silhouettes.h"
 
 namespace dyxel::internal {
 namespace {
 
-bool MaskCentre(const ImageU8& mask, Vec2d& centre) {
+bool MaskCentre(const ImageU8& mask, Vec2d& centre, double* area = nullptr) {
   double x = 0, y = 0, n = 0;
   for (int v = 0; v < mask.height; v += 2) {
     for (int u = 0; u < mask.width; u += 2) {
@@ -23,6 +24,7 @@ bool MaskCentre(const ImageU8& mask, Vec2d& centre) {
   }
   if (n == 0) return false;
   centre = Vec2d(x / n, y / n);
+  if (area != nullptr) *area = n;
   return true;
 }
 
@@ -38,6 +40,7 @@ void Carve(std::span<const Camera> cameras,
            std::span<const ImageU8> masks,
            const std::vector<int>& used,
            const Mat3d& world_from_upright,
+           Dark dark,
            Grid& grid) {
   grid.full.assign(static_cast<std::size_t>(grid.nx) * static_cast<std::size_t>(grid.ny) *
                        static_cast<std::size_t>(grid.nz),
@@ -45,7 +48,9 @@ void Carve(std::span<const Camera> cameras,
   std::vector<Projector> projectors;
   for (const int c : used) projectors.emplace_back(cameras[static_cast<std::size_t>(c)]);
   const int cameras_used = static_cast<int>(used.size());
-  const int least = std::max(std::min(2, cameras_used), cameras_used / 2);
+  const int least = dark == Dark::kUnknown
+                        ? std::max(std::min(3, cameras_used), 2 * cameras_used / 5)
+                        : std::max(std::min(2, cameras_used), cameras_used / 2);
   ParallelFor(static_cast<std::size_t>(grid.nz), [&](std::size_t z) {
     for (int y = 0; y < grid.ny; ++y) {
       for (int x = 0; x < grid.nx; ++x) {
@@ -61,6 +66,7 @@ void Carve(std::span<const Camera> cameras,
           const int u = static_cast<int>(std::floor(p.x()));
           const int v = static_cast<int>(std::floor(p.y()));
           if (u < 0 || v < 0 || u >= mask.width || v >= mask.height) continue;
+          if (dark == Dark::kUnknown && mask.At(u, v) == kMaskUnknown) continue;
           ++seen;
           if (mask.At(u, v) < 128) {
             inside = false;
@@ -91,15 +97,17 @@ Mat3d UprightFrame(const Vec3d& up) {
 }
 
 Vec3d MeetingPoint(std::span<const Camera> cameras, std::span<const ImageU8> masks) {
-  Mat3d a = Mat3d::Identity() * 1e-9;
+  Mat3d a = Mat3d::Identity() * 1e-12;
   Vec3d b = Vec3d::Zero();
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     Vec2d centre;
-    if (masks[c].empty() || !MaskCentre(masks[c], centre)) continue;
+    double weight = 0;  // its area: a silhouette lost in the dark says little
+    if (masks[c].empty() || !MaskCentre(masks[c], centre, &weight)) continue;
+    weight /= static_cast<double>(masks[c].data.size());
     const Vec3d ray = cameras[c].Ray(centre);
     const Mat3d across = Mat3d::Identity() - ray * ray.transpose();
-    a += across;
-    b += across * cameras[c].Center();
+    a += weight * across;
+    b += weight * (across * cameras[c].Center());
   }
   return a.inverse() * b;
 }
@@ -107,7 +115,8 @@ Vec3d MeetingPoint(std::span<const Camera> cameras, std::span<const ImageU8> mas
 HullSummary FindHull(std::span<const Camera> cameras,
                      std::span<const ImageU8> masks,
                      const Vec3d& up,
-                     double voxel) {
+                     double voxel,
+                     Dark dark) {
   HullSummary hull;
   std::vector<int> used;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
@@ -122,7 +131,7 @@ HullSummary FindHull(std::span<const Camera> cameras,
   grid.voxel = 0.05;
   grid.nx = grid.ny = grid.nz = 72;  // 3.6 m
   grid.corner = middle - Vec3d::Constant(0.5 * 72 * grid.voxel);
-  Carve(cameras, masks, used, world_from_upright, grid);
+  Carve(cameras, masks, used, world_from_upright, dark, grid);
   Vec3d low = Vec3d::Constant(1e9), high = Vec3d::Constant(-1e9);
   for (int z = 0, i = 0; z < grid.nz; ++z) {
     for (int y = 0; y < grid.ny; ++y) {
@@ -142,8 +151,11 @@ HullSummary FindHull(std::span<const Camera> cameras,
   grid.nx = static_cast<int>(std::ceil((high.x() - low.x()) / voxel));
   grid.ny = static_cast<int>(std::ceil((high.y() - low.y()) / voxel));
   grid.nz = static_cast<int>(std::ceil((high.z() - low.z()) / voxel));
-  Carve(cameras, masks, used, world_from_upright, grid);
+  Carve(cameras, masks, used, world_from_upright, dark, grid);
 
+  std::vector<Projector> projectors;
+  for (const Camera& camera : cameras) projectors.emplace_back(camera);
+  std::vector<double> dark_voxels(cameras.size(), 0);
   Vec3d sum = Vec3d::Zero();
   std::vector<int> in_slice(static_cast<std::size_t>(grid.nz), 0);
   float thickest = 0;
@@ -161,7 +173,17 @@ HullSummary FindHull(std::span<const Camera> cameras,
         }
         level(y + 1, x + 1) = 255;
         ++count;
-        sum += grid.corner + voxel * Vec3d(x + 0.5, y + 0.5, z + 0.5);
+        const Vec3d local = grid.corner + voxel * Vec3d(x + 0.5, y + 0.5, z + 0.5);
+        sum += local;
+        const Vec3f world = (world_from_upright * local).cast<float>();
+        for (const int c : used) {
+          const ImageU8& mask = masks[static_cast<std::size_t>(c)];
+          const Vec3f p = projectors[static_cast<std::size_t>(c)](world);
+          const int u = static_cast<int>(std::floor(p.x()));
+          const int v = static_cast<int>(std::floor(p.y()));
+          if (!(p.z() > 0) || u < 0 || v < 0 || u >= mask.width || v >= mask.height) continue;
+          if (mask.At(u, v) == kMaskUnknown) ++dark_voxels[static_cast<std::size_t>(c)];
+        }
       }
     }
     in_slice[static_cast<std::size_t>(z)] = count;
@@ -202,6 +224,9 @@ HullSummary FindHull(std::span<const Camera> cameras,
     weight += w;
   }
   hull.found = true;
+  for (const double n : dark_voxels) {
+    hull.unknown.push_back(n / static_cast<double>(hull.voxels));
+  }
   hull.center = world_from_upright * (sum / static_cast<double>(hull.voxels));
   hull.trunk = world_from_upright * (trunk / weight);
   hull.bottom = grid.corner.z() + voxel * first;

@@ -17,7 +17,13 @@ struct HullSummary {
   Vec3d trunk = Vec3d::Zero();   // where it is thickest (distance to its outside across `up`)
   double bottom = 0, top = 0;    // along `up`, metres
   std::size_t voxels = 0;
+  // Share of the voxels, for each camera, that it can't tell from the dark (kMaskUnknown).
+  std::vector<double> unknown;
 };
+
+// What an unknown pixel (kMaskUnknown) says: nothing is there, or nothing at all. Then half of the
+// cameras (and three, if there are as many) must see the person in a voxel.
+enum class Dark { kEmpty, kUnknown };
 
 // The point that the rays through the masks' centres come nearest to (least squares).
 [[nodiscard]] Vec3d MeetingPoint(std::span<const Camera> cameras, std::span<const ImageU8> masks);
@@ -28,7 +34,8 @@ struct HullSummary {
 [[nodiscard]] HullSummary FindHull(std::span<const Camera> cameras,
                                    std::span<const ImageU8> masks,
                                    const Vec3d& up,
-                                   double voxel = 0.025);
+                                   double voxel = 0.025,
+                                   Dark dark = Dark::kEmpty);
 
 // A rotation whose third column is `up` and whose first is any level direction.
 [[nodiscard]] Mat3d UprightFrame(const Vec3d& up);
