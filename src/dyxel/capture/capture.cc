@@ -286,7 +286,7 @@ Environment LoadEnvironmentFile(const std::filesystem::path& file,
 }
 
 float SaturationOf(const Capture& capture, const Sequence& sequence, int camera) {
-  double full = 65535;
+  double full = sequence.white_level <= 255 ? 255 : 65535;  // of a video: see Linearise
   if (!IsVideo(sequence)) {
     // Whether the pictures are integers, the first one that is there tells.
     int frame = 0;

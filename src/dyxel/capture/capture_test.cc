@@ -1,6 +1,6 @@
 #include "dyxel/capture/capture.h"
 
-#include <fstream>
+#include <cstdlib>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +12,7 @@
 #include "dyxel/capture/manifest.h"
 #include "dyxel/image/image_io.h"
 #include "dyxel/image/sampling.h"
+#include "dyxel/image/video.h"
 
 namespace dyxel {
 namespace {
@@ -239,6 +240,44 @@ TEST_F(CaptureTest, ExrFramesFromManyThreads) {
     good[i] = ReadFrame(capture, dss, 1, static_cast<int>(i % 2)).image.data == image.data;
   });
   EXPECT_THAT(good, ::testing::Each(1));
+}
+
+// One video a camera: frames by number from `first`, sRGB undone, and shrunk like any picture.
+TEST_F(CaptureTest, Videos) {
+  if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "no ffmpeg";
+  Capture capture = LoadCapture(folder_);
+  Sequence sequence;
+  sequence.name = "dss";
+  sequence.first = 2;
+  sequence.count = 3;
+  sequence.images = "{camera}.mp4";
+  sequence.srgb = true;
+  {
+    VideoWriter writer(folder_ / "cam1.mp4", 40, 30, 25);
+    for (int i = 0; i < 5; ++i) {
+      writer.Add(ImageU8(40, 30, 3, static_cast<std::uint8_t>(60 + 20 * i)));
+    }
+    writer.Finish();
+  }
+  EXPECT_TRUE(IsVideo(sequence));
+  EXPECT_TRUE(HasFrame(capture, sequence, 1, 0));
+  EXPECT_EQ(SaturationOf(capture, sequence, 1), 1);
+  for (const int frame : {2, 0, 1}) {
+    const float expected = LinearFromSrgb(static_cast<float>(100 + 20 * frame) / 255);
+    EXPECT_NEAR(ReadFrame(capture, sequence, 1, frame).image.At(20, 15, 1), expected, 0.02F);
+    const Capture half = LoadCapture(folder_, 0.5);
+    const Picture part = ReadFrame(half, sequence, 1, frame, Rect{4, 5, 6, 7});
+    EXPECT_EQ(part.window, (Rect{4, 5, 6, 7}));
+    EXPECT_NEAR(part.image.At(3, 3, 1), expected, 0.02F);
+  }
+  // A white level of 8 bits counts in 8 bits.
+  sequence.white_level = 127.5;
+  sequence.srgb = false;
+  EXPECT_NEAR(ReadFrame(capture, sequence, 1, 0).image.At(20, 15, 1), 200.0F / 255, 0.03F);
+  EXPECT_EQ(SaturationOf(capture, sequence, 1), 2);
+  EXPECT_THROW((void)ReadFrame(capture, sequence, 1, 3), Error);
+  EXPECT_THROW((void)ReadFrame(capture, sequence, 0, 0), Error);
+  CloseVideos();
 }
 
 TEST_F(CaptureTest, TheFirstMistakeIsThrown) {

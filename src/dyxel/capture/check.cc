@@ -90,12 +90,10 @@ class Checker {
     if (sequence.environment) return sequence.environment->file.generic_string();
     if (!sequence.frame_lights.empty()) return "changing";
     if (!sequence.lights.empty()) return fmt::format("{}", fmt::join(sequence.lights, ", "));
-    const bool res = sequence.kind == SequenceKind::kReflectance;
-    Add(res ? Severity::kError : Severity::kWarning,
+    Add(Severity::kWarning,
         "capture.json",
         fmt::format("the sequence \"{}\" names neither lights nor an environment", sequence.name),
-        res ? "A reflectance sequence needs its calibrated lights"
-            : "Without them it can be tracked, and no more");
+        "Without them it can be tracked, and no more");
     return "none";
   }
 

@@ -1,6 +1,7 @@
 #include "dyxel/capture/check.h"
 
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <limits>
 
@@ -11,6 +12,7 @@
 
 #include "dyxel/base/atomic_file.h"
 #include "dyxel/image/image_io.h"
+#include "dyxel/image/video.h"
 
 namespace dyxel {
 namespace {
@@ -204,6 +206,32 @@ TEST_F(Check, Saturated) {
   WritePng(folder_ / "res/cam0/0003.png", image);
   ExpectItem("res/cam0", "8.3 % of the pixels are saturated", Severity::kWarning);
   EXPECT_NEAR(Run().sequences[0].saturated, 0.25 / 6, 1e-6);
+}
+
+TEST_F(Check, Videos) {
+  if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) GTEST_SKIP() << "no ffmpeg";
+  for (const std::string camera : {"cam0", "cam1"}) {
+    VideoWriter writer(folder_ / (camera + ".mp4"), 24, 16, 25);
+    for (int i = 0; i < 4; ++i) {
+      writer.Add(ImageU8(24, 16, 3, static_cast<std::uint8_t>(60 + 40 * i)));
+    }
+    writer.Finish();
+  }
+  Res()["images"] = "{camera}.mp4";
+  Res()["first"] = 1;
+  const CheckReport report = Run();
+  EXPECT_THAT(report.items, IsEmpty()) << FormatCheckReport(report);
+  EXPECT_EQ(report.sequences[0].pictures, 6);
+  EXPECT_NEAR(report.sequences[0].exposure, 140.0 / 255, 0.02);
+  Res()["first"] = 2;
+  EXPECT_THAT(Run().items.at(0).what, HasSubstr("has 4 frames; first = 2 and count = 3 need 5"));
+  Res()["first"] = 1;
+  Camera0()["width"] = 25;
+  EXPECT_THAT(FormatCheckReport(Run()), HasSubstr("cam0.mp4: is 24x16 pixels, the camera cam0 25"));
+  Camera0()["width"] = 24;
+  std::filesystem::remove(folder_ / "cam1.mp4");
+  ExpectItem("cam1.mp4", "no such file");
+  CloseVideos();
 }
 
 TEST_F(Check, TheSameFrameTwiceAndBlackFrames) {

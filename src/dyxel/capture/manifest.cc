@@ -365,7 +365,9 @@ void ReadRoot(const Json& json, Manifest& manifest) {
     root.Fail(fmt::format("version is {}; this program reads version 1", version),
               "Use a newer Dyxel, or write version 1");
   }
-  root.Text("name", capture.name);
+  if (!root.Text("name", capture.name)) {
+    capture.name = std::filesystem::absolute(capture.folder / "x").parent_path().filename();
+  }
   root.Number("fps", capture.fps, 1e-3, 1e5);
   std::array<double, 3> up{};
   if (root.Numbers("up", up, -kFar, kFar)) {

@@ -83,8 +83,11 @@ PictureCheck CheckStored(const StoredPicture& picture,
   double clipped = picture.is_float ? 65504 : picture.white_level;
   if (!picture.is_float && sequence.white_level > 0) {
     white = sequence.white_level;
-    if (picture.white_level > 255 && white <= 255) white *= 257;  // a video's, see ReadFrame
-    if (picture.white_level > 255) clipped = std::min(clipped, white);
+    if (picture.white_level > 255 && white <= 255) {
+      white *= 257;  // a video's, see ReadFrame
+    } else if (picture.white_level > 255) {
+      clipped = std::min(clipped, white);
+    }
   }
   const auto limit = static_cast<float>(clipped);
   const auto scale = static_cast<float>(1 / white);
