@@ -1,4 +1,4 @@
-// The actor: a closed single skin on a skeleton; and skinning.
+// The actor: a closed single skin on a skeleton; and skinning: docs/method.md (B3, B5).
 #pragma once
 
 #include <array>
@@ -43,8 +43,8 @@ struct Proportions {
 // "lower_arm", "hand", "thigh", "shank", "foot".
 [[nodiscard]] std::span<const std::string_view> SegmentKinds();
 
-// The built-in template (method.md 2): one signed-distance part per segment, blended and meshed
-// isotropically, with smooth weights; made by code, the same on every machine.
+// The built-in template (docs/method.md B): one signed-distance part per segment, blended and
+// meshed isotropically, with smooth weights; made by code, the same on every machine.
 [[nodiscard]] Actor MakeBuiltInTemplate();
 
 // The template with other proportions: same topology and weights, joints and skin moved.

@@ -1,5 +1,5 @@
 // Proportions of a body: anisotropic scaling of each segment about its joint, blended by the
-// skinning weights.
+// skinning weights; docs/method.md (B6).
 #include <algorithm>
 #include <array>
 #include <cstddef>

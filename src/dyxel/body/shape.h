@@ -1,7 +1,7 @@
 // A body's shape as one signed-distance field: primitives of named segments, smoothly joined.
 //
 // Only +, −, ×, ÷ and square roots are used, so that the field has the same bits on every machine
-// that runs the same program.
+// that runs the same program. The smooth joint: docs/method.md (B1).
 #pragma once
 
 #include <array>

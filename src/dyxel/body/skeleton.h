@@ -1,4 +1,4 @@
-// The kinematic chain: joints with limited degrees of freedom, and poses.
+// The kinematic chain: joints with limited degrees of freedom, and poses; docs/method.md (B2, B5).
 //
 // Body frame: x forward, y to the body's left, z up; the rest pose stands upright with the arms
 // held away from the body, the origin on the floor under the pelvis. At rest every joint frame is

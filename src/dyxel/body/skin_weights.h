@@ -1,4 +1,4 @@
-// Smooth skinning weights from hard labels.
+// Smooth skinning weights from hard labels; docs/method.md (B4).
 #pragma once
 
 #include <array>

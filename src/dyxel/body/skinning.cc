@@ -1,4 +1,4 @@
-// Linear blend skinning and its derivatives (actor.h).
+// Linear blend skinning and its derivatives (actor.h); docs/method.md (B3, B5).
 #include <cassert>
 #include <cstddef>
 

@@ -1,4 +1,4 @@
-// Calibrated lamps and environments (capture-format.md): radiometry in the capture's radiance unit.
+// Calibrated lamps and environments (docs/capture-format.md); docs/method.md (E1, E3).
 #pragma once
 
 #include <string>

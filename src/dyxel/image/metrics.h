@@ -1,4 +1,4 @@
-// The picture measures of the design (measures.md, "Definitions"), as pure functions.
+// The picture measures, docs/method.md (M1)-(M5) and (M7), as pure functions.
 //
 // Everywhere: `rendered` and `recorded` are [h][w][3] linear radiance of one size, `rendered_mask`
 // and `mask` [h][w][1] with values from 128 inside; pixels where `recorded` is NaN count nowhere. A

@@ -40,7 +40,7 @@ struct TexelGrid {
 // borders and smaller mip levels never bleed. `map` is [size][size][channels], in place.
 void FillGutters(const TexelGrid& grid, ImageF& map);
 
-// Figures of measures.md ("atlas.…"), against rest positions of the skin.
+// Figures of docs/method.md (A4), against rest positions of the skin.
 struct AtlasQuality {
   int flips = 0;          // triangles of wrong orientation, or none
   int overlap = 0;        // texels that two triangles claim

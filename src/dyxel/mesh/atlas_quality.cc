@@ -1,4 +1,4 @@
-// The figures of an atlas: flips, overlap, stretch, fill.
+// The figures of an atlas: flips, overlap, stretch, fill; docs/method.md (A4).
 #include <algorithm>
 #include <cmath>
 #include <cstdint>

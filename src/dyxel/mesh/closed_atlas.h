@@ -1,4 +1,4 @@
-// The atlas of a closed single skin (method.md 4): seam, charts, parameterizations I and II.
+// The atlas of a closed single skin: seam, charts, parameterizations I and II; docs/method.md, A.
 #pragma once
 
 #include <span>

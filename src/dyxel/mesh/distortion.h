@@ -1,5 +1,5 @@
 // Distortion of a map from a surface to the plane: the symmetric Dirichlet energy, a triangle at a
-// time, and the rest shapes that it is measured against.
+// time, and the rest shapes that it is measured against; docs/method.md (A2).
 #pragma once
 
 #include <array>

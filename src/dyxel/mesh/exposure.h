@@ -1,4 +1,4 @@
-// How openly each vertex of a surface lies under the sky: seams are hidden where it is low.
+// How openly each vertex of a surface lies: seams hide where it is low; docs/method.md (A1).
 #pragma once
 
 #include <span>

@@ -1,6 +1,6 @@
 // Flat starts on small disks: Tutte's embedding, quasi-harmonic maps, and projected Newton descent
 // of the symmetric Dirichlet energy. Sparse Cholesky each; meant for up to some thousand vertices
-// (parameterize.h takes the result to the full mesh).
+// (parameterize.h takes the result to the full mesh). docs/method.md (A2, A3).
 #pragma once
 
 #include <span>

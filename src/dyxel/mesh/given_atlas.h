@@ -1,4 +1,4 @@
-// The atlas of a given surface (method.md 4): open or closed, in any number of pieces.
+// The atlas of a given surface (docs/method.md, A): open or closed, in any number of pieces.
 #pragma once
 
 #include <span>

@@ -1,5 +1,5 @@
 // Maps of a disk to the plane without flips: with a free border (parameterization I) and with the
-// border on the unit square (II).
+// border on the unit square (II); docs/method.md (A2, A3).
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The seam of a closed skin: extremities joined by paths along hidden ground into a tree.
+// The seam of a closed skin: extremities joined along hidden ground; docs/method.md (A1).
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// Triangle meshes: one topology, any number of positions.
+// Triangle meshes: one topology, any number of positions; smoothing: docs/method.md (V5).
 #pragma once
 
 #include <filesystem>

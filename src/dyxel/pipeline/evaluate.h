@@ -1,4 +1,4 @@
-// `dyxel evaluate`: every figure of measures.md that the stages can give, with pictures.
+// `dyxel evaluate`: every figure of docs/method.md, section M, with pictures.
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// The measurements that Evaluate() is made of.
+// The measurements that Evaluate() is made of; docs/method.md, section M.
 #pragma once
 
 #include <filesystem>

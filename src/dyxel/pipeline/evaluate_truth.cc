@@ -1,4 +1,4 @@
-// Figures that need the truth: silhouettes, surface, normals, albedo.
+// Figures that need the truth: silhouettes, surface, normals, albedo; docs/method.md (M6)-(M8).
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// The flat object of figures that `evaluate` writes (measures.md).
+// The flat object of figures that `evaluate` writes (docs/method.md, M).
 #pragma once
 
 #include <filesystem>
@@ -8,8 +8,8 @@
 
 namespace dyxel {
 
-// Keys as measures.md names them, with their value. NaN stands for "could not be measured" and is
-// left out of the file.
+// Keys as docs/method.md names them, with their value. NaN stands for "could not be measured" and
+// is left out of the file.
 class Metrics {
  public:
   // All keys set from now on begin with `prefix` ("fit.res_b.").

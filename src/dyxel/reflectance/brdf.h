@@ -1,4 +1,4 @@
-// The table of BRDFs. Each is a struct of one file with
+// The table of BRDFs; docs/method.md (R1). Each is a struct of one file with
 //   kName, kNumSpecular, kSpecular         its name and its specular parameters
 //   DiffuseShape<T>(Params<T>, Cosines<T>) B/π, and
 //   Specular<T>(Params<T>, Cosines<T>)     S, achromatic, so that

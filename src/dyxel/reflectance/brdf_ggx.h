@@ -1,5 +1,5 @@
 // GGX microfacets (Walter et al. 2007) with height-correlated Smith shadowing (Heitz 2014) and
-// Schlick's Fresnel term, over Burley's diffuse (SIGGRAPH course notes, 2012):
+// Schlick's Fresnel term, over Burley's diffuse (SIGGRAPH course, 2012); docs/method.md (R6):
 //   f = ρ_d B/π + D V F,   α = roughness²
 //   D = α² / (π ((n·h)² (α² − 1) + 1)²)
 //   V = ½ / (n·l √((n·v)² (1 − α²) + α²) + n·v √((n·l)² (1 − α²) + α²))

@@ -1,4 +1,4 @@
-// The modified Phong model, normalised (Lafortune and Willems, CW 197, 1994; method.md 8):
+// The modified Phong model, normalised (Lafortune and Willems 1994); docs/method.md (R5):
 //   f = ρ_d/π + k_s (m + 2)/(2π) max(0, r·v)^m
 #pragma once
 

@@ -1,5 +1,5 @@
-// Time-varying normals of a dynamic scene sequence (method.md 9; A §VI-B): one normal a texel for a
-// chunk of time steps, in the tangent frame of the model's surface.
+// Time-varying normals of a dynamic scene sequence (A §VI-B): one normal a texel for a chunk of
+// time steps, in the tangent frame of the model's surface; docs/method.md (R4, N1, N2).
 #pragma once
 
 #include <vector>

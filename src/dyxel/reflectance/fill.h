@@ -1,4 +1,4 @@
-// Values for the texels that nothing measured (method.md 8).
+// Values for the texels that nothing measured; docs/method.md (R11).
 #pragma once
 
 #include <vector>

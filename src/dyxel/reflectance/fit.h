@@ -1,4 +1,4 @@
-// Reflectance from the dyxels of the reflectance sequences (method.md 8; A §VI-A).
+// Reflectance from the dyxels of the reflectance sequences (A §VI-A); docs/method.md, section R.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Materials: texels clustered by colour (method.md 8 a; A §VI-A).
+// Materials: texels clustered by colour (A §VI-A); docs/method.md (R8).
 #pragma once
 
 #include <array>

@@ -1,4 +1,4 @@
-// The specular parameters of one material from samples of many of its texels. Internal to the fit.
+// One material's specular parameters from many of its texels; docs/method.md (R9, R10). Internal.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // The samples of as many texels as T has lanes, gathered from a tile, and what a BRDF predicts for
-// them. Internal to the fits.
+// them. Internal to the fits. docs/method.md (R1, R2).
 //
 // Errors are free of exposure: residuals are divided by the texel's own rms radiance, and a
 // sample's expected variance grows with its irradiance (shot noise and errors of geometry alike),

@@ -1,7 +1,7 @@
 // The least-squares solves of one texel (a lane of T): its diffuse albedo given the specular part,
 // the normal equations of the specular parameters with the diffuse albedo eliminated (variable
 // projection, Golub and Pereyra 1973, in Kaufman's approximation), and its normal. Internal to the
-// fits; every function takes the samples as gathered.
+// fits; every function takes the samples as gathered. docs/method.md (R3), (R4), (R7), (R9).
 #pragma once
 
 #include <array>

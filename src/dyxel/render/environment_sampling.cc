@@ -1,5 +1,5 @@
 // An environment as directional lights: median cut (Debevec, SIGGRAPH posters 2005) on a binary
-// heap of regions, the brightest split first.
+// heap of regions, the brightest split first. docs/method.md (E4).
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,5 +1,5 @@
 // The renderer on the CPU (architecture.md): visibility buffer, deferred SIMD shading by the very
-// BRDF functions of the fit, shadow maps. Deterministic; what `evaluate` uses.
+// BRDF functions of the fit, shadow maps. Deterministic; what `evaluate` uses. docs/method.md, E.
 #pragma once
 
 #include <memory>

@@ -1,5 +1,5 @@
 // Deferred shading: blocks of surface points in structures of arrays, lit by lights with shadow
-// maps. The kernel is a template over the lanes; the scalar instance is the reference of the batch.
+// maps: docs/method.md (E2). A template over the lanes; the scalar instance is the reference.
 #pragma once
 
 #include <array>

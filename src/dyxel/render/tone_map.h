@@ -1,4 +1,4 @@
-// Linear pictures for the eye: display scale, clamp, sRGB curve (measures.md).
+// Linear pictures for the eye: display scale, clamp, sRGB curve; docs/method.md (M1).
 #pragma once
 
 #include <optional>

@@ -1,5 +1,5 @@
-// Multi-view video textures (method.md 5; A §V-B): the pictures of one time step resampled into the
-// atlas, with the visibility of cameras and lights.
+// Multi-view video textures (A §V-B): the pictures of one time step resampled into the atlas, with
+// the visibility of cameras and lights; docs/method.md (V1)-(V4).
 #pragma once
 
 #include <span>

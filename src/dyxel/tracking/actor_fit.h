@@ -1,4 +1,4 @@
-// The actor from many time steps: proportions and poses in one system; then the skin itself.
+// Many time steps: proportions and poses in one system, then the skin: docs/method.md (T8, T9).
 #pragma once
 
 #include <span>

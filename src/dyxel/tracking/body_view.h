@@ -1,4 +1,4 @@
-// One time step as the tracker sees it, and the body drawn into its cameras: coverage and rims.
+// One time step as the tracker sees it, and the body drawn into its cameras; docs/method.md (T1).
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// FitActor: start, proportions, skin (method.md 2).
+// FitActor: start, proportions, skin; docs/method.md (T6), (T8), (T9).
 #include <algorithm>
 #include <cmath>
 

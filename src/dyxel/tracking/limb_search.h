@@ -1,4 +1,4 @@
-// A coarse search over one limb's angles where its overlap is poor (method.md 3).
+// A coarse search over one limb's angles where its overlap is poor; docs/method.md (T7).
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// The noise of background plates: its variance as a function of radiance.
+// The noise of background plates: its variance by radiance; docs/method.md (S1).
 #pragma once
 
 #include <span>

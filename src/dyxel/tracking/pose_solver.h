@@ -1,4 +1,4 @@
-// The pose of one time step by rims and contours (method.md 3; A §V-A).
+// The pose of one time step by rims and contours; docs/method.md (T1)-(T5), A §V-A.
 //
 // Minimises over the pose's 6 + D unknowns p
 //   Σ_matches w (r + g · dx(p))² / σ²  +  Σ_d ((θ_d − θ̂_d) / s)²

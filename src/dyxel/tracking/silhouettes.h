@@ -1,4 +1,4 @@
-// Foreground masks from background plates (method.md 1).
+// Foreground masks from background plates; docs/method.md (S1)-(S5).
 #pragma once
 
 #include <cstdint>

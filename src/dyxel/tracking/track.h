@@ -1,4 +1,4 @@
-// The actor and its poses from silhouettes (method.md 2 and 3).
+// The actor and its poses from silhouettes; docs/method.md, section T.
 #pragma once
 
 #include <span>

@@ -1,4 +1,4 @@
-// Where the person is: a coarse visual hull by voxel carving.
+// Where the person is: a coarse visual hull by voxel carving; docs/method.md (T6).
 #pragma once
 
 #include <span>

@@ -1,7 +1,7 @@
 // The look that a plain glTF viewer shows: the closest one of pbrMetallicRoughness with
-// KHR_materials_specular and KHR_materials_ior to a material's BRDF.
+// KHR_materials_specular and KHR_materials_ior to a material's BRDF; docs/method.md (E5).
 //
-//   f = g ρ_d (1 − F)/π + D V F,   F = w (F0 + (1 − F0)(1 − v·h)⁵)                      (V1)
+//   f = g ρ_d (1 − F)/π + D V F,   F = w (F0 + (1 − F0)(1 − v·h)⁵)                      (E5)
 //
 // with GGX's D and height-correlated V of α = roughness², as the extensions define it: w is the
 // specular factor, F0 comes from the index of refraction.
@@ -34,7 +34,7 @@ struct BaseLooks {
 // materials asks for. Throws Error(kUsage) for an unknown BRDF.
 [[nodiscard]] BaseLooks FitBaseLooks(const std::string& model, std::span<const Material> materials);
 
-// (V1) without the diffuse term's ρ_d: D V F and (1 − F)/π.
+// (E5) without the diffuse term's ρ_d: D V F and (1 − F)/π.
 struct BaseLobes {
   double specular = 0;
   double diffuse = 0;

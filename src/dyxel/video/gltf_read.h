@@ -1,4 +1,4 @@
-// Reading a relightable video back.
+// Reading a relightable video back (docs/asset-format.md).
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// The relightable video as one glTF 2.0 binary (asset-format.md; docs/asset-format.md).
+// The relightable video as one glTF 2.0 binary (docs/asset-format.md).
 #pragma once
 
 #include <filesystem>

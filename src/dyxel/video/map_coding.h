@@ -1,4 +1,4 @@
-// Maps as PNG pictures within a glTF file: value = offset + scale · stored / 65535 (or 255).
+// Maps as PNG within a glTF file (docs/asset-format.md): offset + scale · stored / 65535 (or 255).
 #pragma once
 
 #include <string>

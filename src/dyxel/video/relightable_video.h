@@ -1,4 +1,4 @@
-// The relightable video in memory (asset-format.md): one actor, one DSS.
+// The relightable video in memory (docs/asset-format.md): one actor, one DSS.
 #pragma once
 
 #include <optional>
@@ -24,7 +24,7 @@ struct MaterialMaps {
   ImageF normal;      // [size][size][3] unit, tangent frame: the RES's second pass
 };
 
-// A normal map that belongs to one instant; in between, spherical linear interpolation.
+// A normal map that belongs to one instant; between two, docs/method.md (N3).
 struct NormalKey {
   double frame = 0;  // in frames of the sequence
   ImageF normal;     // [size][size][3] unit, tangent frame
