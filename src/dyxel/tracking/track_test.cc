@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "dyxel/base/error.h"
+#include "dyxel/tracking/silhouettes.h"
 #include "dyxel/tracking/synthetic_rig.h"
 
 namespace dyxel {
@@ -55,6 +56,28 @@ TEST(TrackMotion, BridgesAFrameWithoutPictures) {
   const Motion motion = TrackMotion(set, body);
   EXPECT_EQ(motion.confidence[1], 0);
   EXPECT_LT(CompareJoints(body.skeleton, truth[2], body.skeleton, motion.poses[2]).mean, 0.03);
+}
+
+TEST(TrackMotion, FollowsAPersonHalfInTheDark) {
+  // Three of seven cameras see no more than a few rows of the person; the rest of their pictures is
+  // too dark to tell.
+  const Actor& body = SmallBody();
+  const std::vector<Pose> truth = Swing(body.skeleton, 1.7, 3);
+  SilhouetteSet set = internal::DrawSilhouettes(internal::RingOfCameras(7, 200), body, truth);
+  for (auto& masks : set.masks) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      for (int y = 0; y < masks[c].height; ++y) {
+        for (int x = 0; x < masks[c].width; ++x) {
+          std::uint8_t& v = masks[c].At(x, y);
+          if (v == 0 || y > 90) v = kMaskUnknown;
+        }
+      }
+    }
+  }
+  const Motion motion = TrackMotion(set, body);
+  for (std::size_t t = 0; t < truth.size(); ++t) {
+    EXPECT_LT(CompareJoints(body.skeleton, truth[t], body.skeleton, motion.poses[t]).mean, 0.03);
+  }
 }
 
 TEST(TrackMotion, SaysThatThereIsNobody) {
