@@ -77,9 +77,11 @@ void Couple(const TexelGraph& graph, float coupling, int rounds, SlopeField& fie
         float n = 0;
         float sum_a = 0;
         float sum_b = 0;
-        for (const int neighbour : graph.neighbours[x]) {
+        for (std::size_t side = 0; side < 4; ++side) {
+          const int neighbour = graph.neighbours[x][side];
           if (neighbour < 0) continue;
           const auto y = static_cast<std::size_t>(neighbour);
+          if (graph.neighbours[y][side ^ 1U] != static_cast<int>(x)) continue;
           if (field.hessian[0][y] + field.hessian[2][y] <= 0) continue;
           n += coupling;
           sum_a += coupling * field.slope[0][y];
