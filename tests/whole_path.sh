@@ -43,7 +43,7 @@ other=$(find "$out/one/silhouettes" -name '*.png' | sort | sed -n 2p)
 cp "$other" "$mask"
 "$dyxel" status "$out/one" >"$out/status.txt"
 grep -q "edited, and kept: ${mask#"$out/one/"}" "$out/status.txt"
-"$dyxel" run "$out/capture" -o "$out/one" --until motion "${quick[@]}"
+"$dyxel" run "$out/capture" -o "$out/one" --until actor "${quick[@]}"
 cmp "$other" "$mask"
 ! cmp -s "$out/one/actor/actor.glb" "$out/two/actor/actor.glb"
 

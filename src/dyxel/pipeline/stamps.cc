@@ -51,7 +51,7 @@ std::string StampBook::ShortName(const fs::path& path) const {
   };
   if (std::string name = below(project_); !name.empty()) return name;
   for (const auto& [label, root] : roots_) {
-    if (std::string name = below(root); !name.empty()) return label + "/" + name;
+    if (std::string name = below(root); !name.empty()) return fmt::format("{}/{}", label, name);
   }
   return path.generic_string();
 }
