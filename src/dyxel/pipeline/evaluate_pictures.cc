@@ -54,7 +54,7 @@ ImageU8 SideBySide(const ImageF& recorded,
   int x0 = mask.width, y0 = mask.height, x1 = 0, y1 = 0;
   for (int y = 0; y < mask.height; ++y) {
     for (int x = 0; x < mask.width; ++x) {
-      if (mask.At(x, y) == 0 && rendered.At(x, y, 3) == 0) continue;
+      if (mask.At(x, y) < 128 && rendered.At(x, y, 3) == 0) continue;
       x0 = std::min(x0, x);
       x1 = std::max(x1, x + 1);
       y0 = std::min(y0, y);
@@ -69,7 +69,7 @@ ImageU8 SideBySide(const ImageF& recorded,
   };
   for (int y = 0; y < h; ++y) {
     for (int x = 0; x < w; ++x) {
-      const bool inside = mask.At(x + x0, y + y0) != 0;
+      const bool inside = mask.At(x + x0, y + y0) >= 128;
       for (int c = 0; c < 3; ++c) {
         const float a = encode(recorded.At(x + x0, y + y0, c));
         const float b = encode(rendered.At(x + x0, y + y0, c));
