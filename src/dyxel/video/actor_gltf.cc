@@ -221,7 +221,15 @@ std::vector<Triangle> ReadTriangles(const GlbFile& glb, int accessor, int vertic
 }  // namespace internal
 
 void WriteActor(const std::filesystem::path& path, const Actor& actor) {
-  using namespace internal;
+  using internal::AddInfluences;
+  using internal::AddSkeleton;
+  using internal::CheckActor;
+  using internal::Flatten;
+  using internal::FlattenTriangles;
+  using internal::GlbBuilder;
+  using internal::GlbTarget;
+  using internal::Json;
+  using internal::SkeletonNodes;
   CheckActor(actor);
   GlbBuilder glb;
   const std::vector<Vec3f>& positions = actor.skin.positions;
@@ -248,7 +256,14 @@ void WriteActor(const std::filesystem::path& path, const Actor& actor) {
 }
 
 Actor ReadActor(const std::filesystem::path& path) {
-  using namespace internal;
+  using internal::GlbFile;
+  using internal::Influences;
+  using internal::Json;
+  constexpr int kMost = std::numeric_limits<int>::max();
+  using internal::ReadInfluences;
+  using internal::ReadSkeleton;
+  using internal::ReadTriangles;
+  using internal::Unflatten;
   const GlbFile glb(ReadFile(path), path);
   try {
     const Json& primitives = glb.Member(glb.Element("meshes", 0), "primitives");

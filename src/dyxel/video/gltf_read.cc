@@ -17,7 +17,16 @@
 namespace dyxel {
 namespace {
 
-using namespace internal;
+using internal::GlbFile;
+using internal::Influences;
+using internal::Json;
+using internal::ReadInfluences;
+using internal::ReadLabels;
+using internal::ReadMap;
+using internal::ReadNormals;
+using internal::ReadSkeleton;
+using internal::ReadTriangles;
+using internal::Unflatten;
 
 constexpr int kMost = std::numeric_limits<int>::max();
 constexpr int kMostTexels = 16384;  // a side

@@ -9,6 +9,7 @@
 #include "dyxel/base/error.h"
 #include "dyxel/base/parallel.h"
 #include "dyxel/image/png_file.h"
+#include "dyxel/image/sampling.h"
 #include "dyxel/reflectance/brdf.h"
 #include "dyxel/video/actor_gltf.h"
 #include "dyxel/video/base_look.h"
@@ -18,7 +19,21 @@
 namespace dyxel {
 namespace {
 
-using namespace internal;
+using internal::AddInfluences;
+using internal::AddLabels;
+using internal::AddMap16;
+using internal::AddMap8;
+using internal::AddNormals;
+using internal::AddSkeleton;
+using internal::AddWorldNode;
+using internal::CheckActor;
+using internal::EncodeNormals;
+using internal::Flatten;
+using internal::FlattenTriangles;
+using internal::GlbBuilder;
+using internal::GlbTarget;
+using internal::Json;
+using internal::SkeletonNodes;
 
 std::size_t Size(int n) { return static_cast<std::size_t>(n); }
 
@@ -290,7 +305,8 @@ class VideoWriter {
     for (std::size_t i = 0; i < maps.material.data.size(); ++i) {
       const BaseLook& look = base.looks[maps.material.data[i]];
       for (std::size_t c = 0; c < 3; ++c) {
-        color.data[3 * i + c] = Srgb(look.diffuse_gain * maps.diffuse.data[3 * i + c]);
+        color.data[3 * i + c] =
+            Byte(SrgbFromLinear(look.diffuse_gain * maps.diffuse.data[3 * i + c]));
       }
       rough.data[3 * i + 1] = Byte(look.roughness);
       specular.data[4 * i + 3] = Byte(look.specular);
@@ -322,11 +338,6 @@ class VideoWriter {
          {"doubleSided", !video_.actor},  // given surfaces may be open
          {"extensions",
           {{"KHR_materials_specular", khr_specular}, {"KHR_materials_ior", {{"ior", base.ior}}}}}});
-  }
-
-  static std::uint8_t Srgb(float linear) {
-    const float x = std::clamp(linear, 0.0F, 1.0F);
-    return Byte(x <= 0.0031308F ? 12.92F * x : 1.055F * std::pow(x, 1 / 2.4F) - 0.055F);
   }
 
   // True where the map holds nothing but its materials' own parameters.
