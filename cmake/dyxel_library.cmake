@@ -76,7 +76,7 @@ function(dyxel_library folder)
       target_link_libraries(${folder}_${name} PRIVATE dyxel::${folder} ${arg_TEST_DEPENDS}
                                                       GTest::gmock_main)
       add_test(NAME ${folder}/${name} COMMAND ${folder}_${name})
-      set_tests_properties(${folder}/${name} PROPERTIES TIMEOUT 300)
+      set_tests_properties(${folder}/${name} PROPERTIES TIMEOUT 900)
     endforeach()
   endif()
   if(DYXEL_BENCHES)
