@@ -18,9 +18,12 @@ using Json = nlohmann::json;
 constexpr std::string_view kFormat = "dyxel-motion";
 constexpr const char* kMend = "Delete the file and run the stage \"motion\" again";
 
+// Of the bones; nodes are known by their order.
 std::vector<std::string> JointNames(const Skeleton& skeleton) {
   std::vector<std::string> names;
-  for (const Joint& joint : skeleton.joints) names.push_back(joint.name);
+  for (const Joint& joint : skeleton.joints) {
+    if (!joint.IsNode()) names.push_back(joint.name);
+  }
   return names;
 }
 
@@ -78,6 +81,18 @@ double Confidence(const std::filesystem::path& path, std::size_t frame, const Js
   return value;
 }
 
+std::string ShiftsText(const std::vector<Vec3d>& shifts) {
+  std::string text = ", \"shifts\": [";
+  for (std::size_t k = 0; k < shifts.size(); ++k) {
+    text += fmt::format("{}{},{},{}",
+                        k == 0 ? "" : ",",
+                        std::llround(1 / kShiftUnit * shifts[k].x()),
+                        std::llround(1 / kShiftUnit * shifts[k].y()),
+                        std::llround(1 / kShiftUnit * shifts[k].z()));
+  }
+  return text + "]";
+}
+
 }  // namespace
 
 void WriteMotion(const std::filesystem::path& path,
@@ -98,18 +113,23 @@ void WriteMotion(const std::filesystem::path& path,
     const Quatd& r = pose.root_rotation;
     bool finite = t.allFinite() && r.coeffs().allFinite();
     for (const double angle : pose.angles) finite = finite && std::isfinite(angle);
-    Require(finite && pose.angles.size() == static_cast<std::size_t>(skeleton.NumDofs()),
+    for (const Vec3d& shift : pose.shifts) finite = finite && shift.allFinite();
+    const bool fits = pose.angles.size() == static_cast<std::size_t>(skeleton.NumDofs()) &&
+                      (pose.shifts.empty() ||
+                       pose.shifts.size() == static_cast<std::size_t>(skeleton.NumNodes()));
+    Require(finite && fits,
             Fault::kStage,
             "{}: the pose of frame {} is not finite or of another skeleton",
             path.string(),
             i);
     text += fmt::format(
-        "{}\n  {{\"confidence\": {}, \"translation\": {}, \"rotation\": {}, \"angles\": {}}}",
+        "{}\n  {{\"confidence\": {}, \"translation\": {}, \"rotation\": {}, \"angles\": {}{}}}",
         i == 0 ? "" : ",",
         Json(motion.confidence[i]).dump(),
         Json{t[0], t[1], t[2]}.dump(),
         Json{r.w(), r.x(), r.y(), r.z()}.dump(),
-        Json(pose.angles).dump());
+        Json(pose.angles).dump(),
+        pose.shifts.empty() ? "" : ShiftsText(pose.shifts));
   }
   text += "\n]}\n";
   WriteFile(path, text);
@@ -144,6 +164,13 @@ Motion ReadMotion(const std::filesystem::path& path, const Skeleton& skeleton) {
                       "Scale its four numbers (w, x, y, z) to length 1");
     }
     pose.angles = Numbers(path, i, frame, "angles", static_cast<std::size_t>(skeleton.NumDofs()));
+    if (frame.contains("shifts")) {
+      const auto nodes = static_cast<std::size_t>(skeleton.NumNodes());
+      const std::vector<double> units = Numbers(path, i, frame, "shifts", 3 * nodes);
+      for (std::size_t k = 0; k < nodes; ++k) {
+        pose.shifts.push_back(kShiftUnit * Vec3d(units[3 * k], units[3 * k + 1], units[3 * k + 2]));
+      }
+    }
     motion.poses.push_back(pose);
     motion.confidence.push_back(Confidence(path, i, frame));
   }

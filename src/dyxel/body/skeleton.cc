@@ -11,12 +11,35 @@ Mat3d HingeRotation(const Dof& dof, double angle) {
   return Eigen::AngleAxisd(angle, dof.axis).toRotationMatrix();
 }
 
+// The rigid motion of a node before its shift: the followed joints' rotations blended as
+// quaternions, the place as skinning blends it; docs/method.md (G1).
+Rigid Blend(const Joint& node,
+            const std::vector<Rigid>& world_from_joint,
+            const std::vector<Vec3d>& rest,
+            const Vec3d& place) {
+  Eigen::Vector4d turn = Eigen::Vector4d::Zero();
+  Rigid frame{Mat3d::Identity(), Vec3d::Zero()};
+  for (const JointShare& share : node.follows) {
+    const auto j = static_cast<std::size_t>(share.joint);
+    const Eigen::Vector4d q = Quatd(world_from_joint[j].rotation).coeffs();
+    turn += (turn.dot(q) < 0 ? -share.weight : share.weight) * q;
+    frame.translation += share.weight * (world_from_joint[j] * Vec3d(place - rest[j]));
+  }
+  frame.rotation = Quatd(turn).normalized().toRotationMatrix();
+  return frame;
+}
+
 }  // namespace
 
 int Skeleton::NumDofs() const {
   std::size_t count = 0;
   for (const Joint& joint : joints) count += joint.dofs.size();
   return static_cast<int>(count);
+}
+
+int Skeleton::NumNodes() const {
+  return static_cast<int>(
+      std::count_if(joints.begin(), joints.end(), [](const Joint& j) { return j.IsNode(); }));
 }
 
 std::vector<int> Skeleton::FirstDof() const {
@@ -45,10 +68,15 @@ std::vector<Rigid> Skeleton::Forward(const Pose& pose) const {
   assert(static_cast<int>(pose.angles.size()) == NumDofs());
   std::vector<Rigid> world_from_joint;
   world_from_joint.reserve(joints.size());
+  const std::vector<Vec3d> rest = RestPositions();
   std::size_t dof = 0;
+  std::size_t node = 0;
   for (const Joint& joint : joints) {
     Rigid frame;
-    if (joint.parent < 0) {
+    if (joint.IsNode()) {
+      frame = Blend(joint, world_from_joint, rest, rest[world_from_joint.size()]);
+      if (!pose.shifts.empty()) frame.translation += frame.rotation * pose.shifts[node++];
+    } else if (joint.parent < 0) {
       frame = {pose.root_rotation.normalized().toRotationMatrix(), pose.root_translation};
     } else {
       const Rigid& parent = world_from_joint[static_cast<std::size_t>(joint.parent)];
@@ -140,6 +168,24 @@ Pose MovePose(const Pose& pose, std::span<const double> step) {
   }
   for (std::size_t d = 0; d < moved.angles.size(); ++d) moved.angles[d] += step[6 + d];
   return moved;
+}
+
+Pose InterpolatePoses(const Pose& a, const Pose& b, double share) {
+  Pose p = a;
+  p.root_translation += share * (b.root_translation - a.root_translation);
+  const Eigen::AngleAxisd turn(b.root_rotation * a.root_rotation.conjugate());
+  p.root_rotation = Quatd(Eigen::AngleAxisd(share * turn.angle(), turn.axis())) * a.root_rotation;
+  p.root_rotation.normalize();
+  for (std::size_t d = 0; d < p.angles.size(); ++d) {
+    p.angles[d] += share * (b.angles[d] - a.angles[d]);
+  }
+  const std::size_t nodes = std::max(a.shifts.size(), b.shifts.size());
+  p.shifts.resize(nodes, Vec3d::Zero());
+  for (std::size_t k = 0; k < nodes; ++k) {
+    const Vec3d end = b.shifts.empty() ? Vec3d(Vec3d::Zero()) : b.shifts[k];
+    p.shifts[k] += share * (end - p.shifts[k]);
+  }
+  return p;
 }
 
 Pose ClampToLimits(const Skeleton& skeleton, const Pose& pose) {

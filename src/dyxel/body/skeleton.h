@@ -21,23 +21,40 @@ struct Dof {
   double max = 0;
 };
 
+// A part of a joint's motion.
+struct JointShare {
+  int joint = 0;
+  double weight = 0;
+};
+
 struct Joint {
   std::string name;  // segment that it moves: "pelvis", "l_upper_arm", …
   int parent = -1;   // -1 for the root (joint 0); parents come before children
   Vec3d offset;      // from the parent's joint to this one at rest, metres; root: rest position
   std::vector<Dof> dofs;  // none for the root, which is free
+  // A node of the deformation graph (nodes.h) has no hinges: it follows the blend of these earlier
+  // joints (weights sum to 1) and is moved on by Pose::shifts. Empty for a bone.
+  std::vector<JointShare> follows;
+
+  [[nodiscard]] bool IsNode() const { return !follows.empty(); }
 };
+
+// Shifts are whole multiples of this (metres) where they are stored.
+inline constexpr double kShiftUnit = 1e-5;
 
 struct Pose {
   Vec3d root_translation = Vec3d::Zero();   // world position of the root joint
   Quatd root_rotation = Quatd::Identity();  // world_from_body
   std::vector<double> angles;               // (D) radians, all joints' dofs in order
+  // (N) metres, in the node's frame, of all nodes in order; or empty, none is shifted.
+  std::vector<Vec3d> shifts;
 };
 
 struct Skeleton {
   std::vector<Joint> joints;
 
   [[nodiscard]] int NumDofs() const;
+  [[nodiscard]] int NumNodes() const;
   // Index of the first dof of each joint (J).
   [[nodiscard]] std::vector<int> FirstDof() const;
   // Rest position of each joint in the body frame (J).
@@ -65,6 +82,7 @@ struct PoseDerivatives {
   [[nodiscard]] int NumUnknowns() const { return 6 + static_cast<int>(axes.size()); }
 };
 
+// For skeletons of bones: a node is taken to move with its parent.
 [[nodiscard]] PoseDerivatives ComputePoseDerivatives(const Skeleton& skeleton, const Pose& pose);
 
 // 3 × (6 + D) columns of the derivative of world point `x` that moves with `joint`, written to
@@ -80,6 +98,10 @@ void JointPointJacobian(const PoseDerivatives& derivatives,
 
 // The pose after a step of the 6 + D unknowns (order above); angles are not limited.
 [[nodiscard]] Pose MovePose(const Pose& pose, std::span<const double> step);
+
+// The pose `share` of the way from a (0) to b (1): rotations by slerp, the rest linearly; beyond 1
+// it goes on at the same speed.
+[[nodiscard]] Pose InterpolatePoses(const Pose& a, const Pose& b, double share);
 
 // Angles clamped to the dofs' limits.
 [[nodiscard]] Pose ClampToLimits(const Skeleton& skeleton, const Pose& pose);

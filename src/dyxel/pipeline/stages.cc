@@ -129,7 +129,7 @@ std::vector<Unit> ActorUnits(const Job& job) {
   const OptionTable table = options.Table();
   unit.options = table.Fingerprint("actor") + table.Fingerprint("motion");
   unit.inputs = MaskFiles(job, sequence);
-  unit.outputs = {job.workspace->ActorFile()};
+  unit.outputs = {job.workspace->ActorFile(), job.workspace->ActorMotionFile()};
   unit.run = [job, &sequence](const ProgressFn& progress) {
     const ActorFit fit = FitActor(LoadSilhouettes(job, sequence),
                                   MakeBuiltInTemplate(),
@@ -137,6 +137,7 @@ std::vector<Unit> ActorUnits(const Job& job) {
                                   job.project().options.motion,
                                   progress);
     WriteActor(job.workspace->ActorFile(), fit.actor);
+    WriteMotion(job.workspace->ActorMotionFile(), fit.actor.skeleton, fit.motion);
   };
   return {unit};
 }
@@ -152,11 +153,25 @@ std::vector<Unit> MotionUnits(const Job& job) {
     unit.options = options.Table().Fingerprint("motion");
     unit.inputs = MaskFiles(job, *sequence);
     unit.inputs.push_back(job.workspace->ActorFile());
+    // The actor's own sequence has poses already.
+    const bool known = sequence == &ActorSequence(job);
+    if (known) unit.inputs.push_back(job.workspace->ActorMotionFile());
     unit.outputs = {job.workspace->MotionFile(sequence->name)};
-    unit.run = [job, sequence](const ProgressFn& progress) {
+    unit.run = [job, sequence, known](const ProgressFn& progress) {
+      const SilhouetteSet silhouettes = LoadSilhouettes(job, *sequence);
+      const MotionOptions& motion_options = job.project().options.motion;
+      const auto part = [&](double from, double to) {
+        return [&progress, from, to](double share) {
+          if (progress) progress(from + (to - from) * share);
+        };
+      };
+      const Actor& bones = job.workspace->bones();
+      Motion fitted;
+      if (known) fitted = ReadMotion(job.workspace->ActorMotionFile(), bones.skeleton);
+      Motion motion =
+          TrackMotion(silhouettes, bones, motion_options, part(0, 0.8), known ? &fitted : nullptr);
       const Actor& actor = job.workspace->actor();
-      const Motion motion = TrackMotion(
-          LoadSilhouettes(job, *sequence), actor, job.project().options.motion, progress);
+      motion = FitShifts(silhouettes, actor, std::move(motion), motion_options, part(0.8, 1));
       WriteMotion(job.workspace->MotionFile(sequence->name), actor.skeleton, motion);
     };
     units.push_back(std::move(unit));
@@ -332,7 +347,7 @@ std::vector<Unit> VideoUnits(const Job& job) {
 const std::vector<Stage>& Stages() {
   static const std::vector<Stage> stages = {
       {"silhouettes", "capture", "silhouettes/SEQ/CAM/0000.png", "frame", SilhouetteUnits},
-      {"actor", "silhouettes/RES", "actor/actor.glb", "all", ActorUnits},
+      {"actor", "silhouettes/RES", "actor/", "all", ActorUnits},
       {"motion", "silhouettes/SEQ, actor", "motion/SEQ.json", "sequence", MotionUnits},
       {"atlas", "actor", "atlas/", "all", AtlasUnits},
       {"textures", "capture, motion, atlas", "textures/SEQ/", "frame", TextureUnits},

@@ -2,6 +2,7 @@
 
 #include "dyxel/base/error.h"
 #include "dyxel/body/motion_io.h"
+#include "dyxel/body/nodes.h"
 #include "dyxel/mesh/texel_grid.h"
 #include "dyxel/pipeline/atlas_files.h"
 #include "dyxel/video/actor_gltf.h"
@@ -20,8 +21,12 @@ const T& Lazy(std::recursive_mutex& mutex, std::unique_ptr<T>& slot, F&& f) {
 
 }  // namespace
 
+const Actor& Workspace::bones() {
+  return Lazy(mutex_, bones_, [&] { return ReadActor(ActorFile()); });
+}
+
 const Actor& Workspace::actor() {
-  return Lazy(mutex_, actor_, [&] { return ReadActor(ActorFile()); });
+  return Lazy(mutex_, actor_, [&] { return WithNodes(bones()); });
 }
 
 const Motion& Workspace::motion(const std::string& sequence) {
@@ -95,6 +100,7 @@ PosedSurface Workspace::Posed(const std::string& sequence, int frame) {
 
 void Workspace::Forget() {
   const std::scoped_lock lock(mutex_);
+  bones_.reset();
   actor_.reset();
   motions_.clear();
   atlas_.reset();

@@ -21,6 +21,9 @@ class Workspace {
   explicit Workspace(const Project& project) : project_(project) {}
 
   [[nodiscard]] const Project& project() const { return project_; }
+  // What actor.glb holds: the skin on its bones.
+  [[nodiscard]] const Actor& bones();
+  // The same with the nodes that motions shift (body/nodes.h).
   [[nodiscard]] const Actor& actor();
   [[nodiscard]] const Motion& motion(const std::string& sequence);
   [[nodiscard]] const Atlas& atlas();
@@ -43,6 +46,10 @@ class Workspace {
   [[nodiscard]] std::filesystem::path ActorFile() const {
     return project_.folder / "actor" / "actor.glb";
   }
+  // The poses that the actor was fitted in.
+  [[nodiscard]] std::filesystem::path ActorMotionFile() const {
+    return project_.folder / "actor" / "motion.json";
+  }
   [[nodiscard]] std::filesystem::path MotionFile(const std::string& sequence) const {
     return project_.folder / "motion" / (sequence + ".json");
   }
@@ -55,6 +62,7 @@ class Workspace {
  private:
   const Project& project_;
   std::recursive_mutex mutex_;
+  std::unique_ptr<Actor> bones_;
   std::unique_ptr<Actor> actor_;
   std::map<std::string, std::unique_ptr<Motion>> motions_;
   std::unique_ptr<Atlas> atlas_;

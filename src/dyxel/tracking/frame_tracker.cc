@@ -22,7 +22,7 @@ double FacingDifference(const Pose& a, const Pose& b, const Vec3d& up) {
 }
 
 void SortByMismatch(std::vector<PoseSolution>& solutions) {
-  std::stable_sort(solutions.begin(), solutions.end(), [](const auto& a, const auto& b) {
+  std::sort(solutions.begin(), solutions.end(), [](const auto& a, const auto& b) {
     return a.mismatch < b.mismatch;
   });
 }
@@ -56,18 +56,6 @@ PoseSolution SearchLimbs(PoseEvaluator& evaluator,
 }
 
 }  // namespace
-
-Pose Interpolate(const Pose& a, const Pose& b, double share) {
-  Pose p = a;
-  p.root_translation += share * (b.root_translation - a.root_translation);
-  const Eigen::AngleAxisd turn(b.root_rotation * a.root_rotation.conjugate());
-  p.root_rotation = Quatd(Eigen::AngleAxisd(share * turn.angle(), turn.axis())) * a.root_rotation;
-  p.root_rotation.normalize();
-  for (std::size_t d = 0; d < p.angles.size(); ++d) {
-    p.angles[d] += share * (b.angles[d] - a.angles[d]);
-  }
-  return p;
-}
 
 std::vector<PoseSolution> FindStarts(PoseEvaluator& evaluator,
                                      const HullSummary& hull,
@@ -149,7 +137,7 @@ PoseSolution TrackFrame(PoseEvaluator& evaluator,
                         std::span<const Pose> guesses,
                         std::span<const Limb> limbs,
                         const SolveSettings& settings) {
-  // The guess that overlaps best, solved; the others only where that fails.
+  // Only the guess that overlaps best is solved.
   std::vector<PoseSolution> starts;
   for (const Pose& guess : guesses) {
     const Pose limited = ClampToLimits(evaluator.body().actor.skeleton, guess);

@@ -20,14 +20,11 @@ namespace dyxel::internal {
                                                    std::span<const Limb> limbs,
                                                    int keep);
 
-// The best pose reached from any of `guesses` (at least one), drawn towards the first one's angles;
-// limbs whose overlap stays poor are searched.
+// The pose solved from that one of `guesses` (at least one) that overlaps best as it is, drawn
+// towards the first one's angles; limbs whose overlap stays poor are searched.
 [[nodiscard]] PoseSolution TrackFrame(PoseEvaluator& evaluator,
                                       std::span<const Pose> guesses,
                                       std::span<const Limb> limbs,
                                       const SolveSettings& settings);
-
-// The pose `share` of the way from a (0) to b (1); beyond 1 it goes on at the same speed.
-[[nodiscard]] Pose Interpolate(const Pose& a, const Pose& b, double share);
 
 }  // namespace dyxel::internal

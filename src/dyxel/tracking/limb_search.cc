@@ -297,7 +297,7 @@ std::vector<LimbCandidate> SearchLimb(PoseEvaluator& evaluator,
     const double mismatch = DrawnMismatch(evaluator, rest, moved, limb);
     candidates.push_back({std::move(p), mismatch});
   }
-  std::stable_sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
+  std::sort(candidates.begin(), candidates.end(), [](const auto& a, const auto& b) {
     return a.mismatch < b.mismatch;
   });
   if (candidates.size() > static_cast<std::size_t>(keep)) {

@@ -124,8 +124,8 @@ std::vector<Pose> SequenceTracker::Guesses(std::size_t frame) const {
   const Pose& last = solutions_[frame - 1].pose;
   if (frame >= first_ + 2) {
     const Pose& before = solutions_[frame - 2].pose;
-    guesses.push_back(Interpolate(before, last, 1.8));
-    guesses.push_back(Interpolate(before, last, 1.4));
+    guesses.push_back(InterpolatePoses(before, last, 1.8));
+    guesses.push_back(InterpolatePoses(before, last, 1.4));
   }
   guesses.push_back(last);
   return guesses;
@@ -158,6 +158,8 @@ void SequenceTracker::Adopt(std::span<const std::size_t> frames, std::span<const
   adopted_.assign(frames.begin(), frames.end());
   for (std::size_t k = 0; k < frames.size(); ++k) {
     const Observation observation = ObserveFrame(silhouettes_, frames[k]);
+    solutions_[frames[k]] = {poses[k], 1, 0, 0};
+    if (observation.views.empty()) continue;
     PoseEvaluator evaluator(observation, body_);
     const PoseState state = evaluator.Evaluate(poses[k]);
     solutions_[frames[k]] = {poses[k], state.mismatch, state.MeanIou(), 0};
@@ -175,9 +177,9 @@ void SequenceTracker::Fill(const ProgressFn& progress) {
     if (next > 0 && next < adopted_.size()) {
       const std::size_t a = adopted_[next - 1];
       const std::size_t b = adopted_[next];
-      guesses.push_back(Interpolate(solutions_[a].pose,
-                                    solutions_[b].pose,
-                                    static_cast<double>(t - a) / static_cast<double>(b - a)));
+      guesses.push_back(InterpolatePoses(solutions_[a].pose,
+                                         solutions_[b].pose,
+                                         static_cast<double>(t - a) / static_cast<double>(b - a)));
     } else {
       guesses.push_back(solutions_[next > 0 ? adopted_[next - 1] : adopted_[0]].pose);
     }
@@ -216,7 +218,7 @@ void SequenceTracker::Revisit(const ProgressFn& progress) {
     const Observation observation = ObserveFrame(silhouettes_, t);
     if (observation.views.empty()) {
       if (t > 0 && t + 1 < frames) {
-        solutions_[t].pose = Interpolate(solutions_[t - 1].pose, solutions_[t + 1].pose, 0.5);
+        solutions_[t].pose = InterpolatePoses(solutions_[t - 1].pose, solutions_[t + 1].pose, 0.5);
       }
       continue;
     }
@@ -224,10 +226,10 @@ void SequenceTracker::Revisit(const ProgressFn& progress) {
     std::vector<Pose> guesses;
     if (t + 1 < frames) guesses.push_back(solutions_[t + 1].pose);
     if (t > 0 && t + 1 < frames) {
-      guesses.push_back(Interpolate(solutions_[t - 1].pose, solutions_[t + 1].pose, 0.5));
+      guesses.push_back(InterpolatePoses(solutions_[t - 1].pose, solutions_[t + 1].pose, 0.5));
     }
     if (t + 2 < frames) {
-      guesses.push_back(Interpolate(solutions_[t + 2].pose, solutions_[t + 1].pose, 1.7));
+      guesses.push_back(InterpolatePoses(solutions_[t + 2].pose, solutions_[t + 1].pose, 1.7));
     }
     if (guesses.empty()) continue;
     for (const Pose& guess : guesses) {
@@ -247,8 +249,8 @@ void SequenceTracker::Smooth(const ProgressFn& progress) {
   const std::vector<PoseSolution> before = solutions_;
   for (std::size_t t = 1; t + 1 < solutions_.size(); ++t) {
     if (progress) progress(static_cast<double>(t) / static_cast<double>(solutions_.size()));
-    const Pose middle = Interpolate(before[t - 1].pose, before[t + 1].pose, 0.5);
-    const Pose towards = Interpolate(before[t].pose, middle, 0.5);
+    const Pose middle = InterpolatePoses(before[t - 1].pose, before[t + 1].pose, 0.5);
+    const Pose towards = InterpolatePoses(before[t].pose, middle, 0.5);
     const Observation observation = ObserveFrame(silhouettes_, t);
     if (observation.views.empty()) continue;
     PoseEvaluator evaluator(observation, body_);

@@ -59,6 +59,9 @@ struct ActorOptions {
 
 struct MotionOptions {
   int max_iterations = 30;
+  int node_rounds = 4;
+  double node_stiffness = 0.02;
+  double node_inertia = 0.05;
 
   template <class Self, class Field>
   static void Describe(Self& o, Field&& field) {
@@ -68,6 +71,22 @@ struct MotionOptions {
            .min = 1,
            .max = 500,
            .help = "most Gauss-Newton steps of a time step's pose"});
+    field(o.node_rounds,
+          {.name = "node_rounds",
+           .min = 0,
+           .max = 20,
+           .help = "rounds in which the nodes are shifted to the silhouettes; 0 leaves the skin to "
+                   "the bones"});
+    field(o.node_stiffness,
+          {.name = "node_stiffness",
+           .min = 1e-4,
+           .max = 100,
+           .help = "how smooth the shifts are over the skin, against the silhouettes"});
+    field(o.node_inertia,
+          {.name = "node_inertia",
+           .min = 0,
+           .max = 100,
+           .help = "how near a shift stays to those of the time steps beside it"});
   }
 };
 
@@ -86,10 +105,22 @@ struct ActorFit {
                                 const MotionOptions& motion_options = {},
                                 const ProgressFn& progress = {});
 
-// Poses of a sequence with a known actor. The first frame is found as FitActor finds its start.
+// Poses of a sequence with a known actor. The first frame is found as FitActor finds its start, or
+// `known` poses of all frames (FitActor's own, say) are gone on from.
 [[nodiscard]] Motion TrackMotion(const SilhouetteSet& silhouettes,
                                  const Actor& actor,
                                  const MotionOptions& options = {},
-                                 const ProgressFn& progress = {});
+                                 const ProgressFn& progress = {},
+                                 const Motion* known = nullptr);
+
+// The motion with shifts of the actor's nodes (body/nodes.h), so that what the bones leave, cloth
+// above all, meets the silhouettes too; docs/method.md (G3). Poses and confidences stay. Where the
+// shifts of the whole sequence explain less than a fifth of the mismatch there are none: it is then
+// the silhouettes that are wrong, and each in its own way.
+[[nodiscard]] Motion FitShifts(const SilhouetteSet& silhouettes,
+                               const Actor& actor_with_nodes,
+                               Motion motion,
+                               const MotionOptions& options = {},
+                               const ProgressFn& progress = {});
 
 }  // namespace dyxel

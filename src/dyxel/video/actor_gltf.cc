@@ -27,7 +27,11 @@ Json DofExtras(const Joint& joint) {
     dofs.push_back(
         {{"name", dof.name}, {"axis", Numbers(dof.axis)}, {"min", dof.min}, {"max", dof.max}});
   }
-  return {{"dofs", dofs}};
+  Json extras = {{"dofs", dofs}};
+  for (const JointShare& share : joint.follows) {
+    extras["follows"].push_back({{"joint", share.joint}, {"weight", share.weight}});
+  }
+  return extras;
 }
 
 }  // namespace
@@ -141,6 +145,18 @@ Skeleton ReadSkeleton(const GlbFile& glb, int skin_index) {
                             glb.Number(dof, "max")});
       const double length = joint.dofs.back().axis.norm();
       if (!(std::abs(length - 1) < 1e-3)) glb.Fail("has a hinge whose axis is no unit vector");
+    }
+    const Json& extras = glb.Member(node, "extras");
+    if (extras.contains("follows")) {
+      const Json& follows = glb.Member(extras, "follows");
+      if (!follows.is_array() || !joint.dofs.empty()) glb.Fail("has a node that is no node");
+      double sum = 0;
+      for (const Json& share : follows) {
+        joint.follows.push_back(
+            {glb.Int(share, "joint", 0, static_cast<int>(j) - 1), glb.Number(share, "weight")});
+        sum += joint.follows.back().weight;
+      }
+      if (!(std::abs(sum - 1) < 1e-4)) glb.Fail("has a node whose weights do not sum to 1");
     }
     skeleton.joints.push_back(std::move(joint));
   }

@@ -1,6 +1,7 @@
 #include "dyxel/video/gltf_read.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -145,6 +146,16 @@ class VideoReader {
     if (bytes.size() != Size(frames_) * width * sizeof(double)) {
       glb_.Fail("has not as many poses as frames");
     }
+    const std::size_t nodes = Size(actor.skeleton.NumNodes());
+    constexpr std::size_t kShiftBytes = 3 * sizeof(std::int16_t);
+    std::string_view shifts;
+    if (nodes > 0) {
+      shifts = glb_.BufferView(glb_.Int(poses, "shifts", 0, kMost));
+      if (Size(glb_.Int(poses, "nodes", 0, kMost)) != nodes ||
+          shifts.size() != Size(frames_) * nodes * kShiftBytes) {
+        glb_.Fail("has not as many shifts as nodes and frames");
+      }
+    }
     std::vector<double> row(width);
     for (int f = 0; f < frames_; ++f) {
       std::memcpy(
@@ -159,6 +170,11 @@ class VideoReader {
         glb_.Fail("has a rotation that is no unit quaternion");
       }
       pose.angles.assign(row.begin() + 7, row.end() - 1);
+      for (std::size_t k = 0; k < nodes; ++k) {
+        std::array<std::int16_t, 3> units{};
+        std::memcpy(units.data(), shifts.data() + (Size(f) * nodes + k) * kShiftBytes, kShiftBytes);
+        pose.shifts.push_back(kShiftUnit * Vec3d(units[0], units[1], units[2]));
+      }
       video_.motion.poses.push_back(std::move(pose));
       video_.motion.confidence.push_back(row.back());
     }

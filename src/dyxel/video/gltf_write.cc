@@ -68,6 +68,8 @@ void Check(const RelightableVideo& video, const WriteVideoOptions& options) {
     for (const Pose& pose : video.motion.poses) {
       require(pose.angles.size() == Size(video.actor->skeleton.NumDofs()),
               "a pose has not as many angles as the skeleton has dofs");
+      require(pose.shifts.empty() || pose.shifts.size() == Size(video.actor->skeleton.NumNodes()),
+              "a pose has not as many shifts as the skeleton has nodes");
     }
     require(video.motion.confidence.empty() ||
                 video.motion.confidence.size() == video.motion.poses.size(),
@@ -203,7 +205,7 @@ class VideoWriter {
         {{"input", input}, {"output", output}, {"interpolation", "LINEAR"}});
   }
 
-  // One channel of rotations a joint, and the root's translation.
+  // One channel of rotations a joint, and of translations for the root and the nodes.
   void AddActorScene() {
     const Skeleton& skeleton = video_.actor->skeleton;
     const SkeletonNodes nodes = AddSkeleton(glb_, skeleton, video_.up);
@@ -213,7 +215,7 @@ class VideoWriter {
 
     const std::size_t num_frames = video_.motion.poses.size();
     std::vector<std::vector<float>> rotations(skeleton.joints.size());
-    std::vector<float> translations;
+    std::vector<std::vector<float>> translations(skeleton.joints.size());
     for (std::size_t f = 0; f < num_frames; ++f) {
       const Pose& pose = video_.motion.poses[f];
       const std::vector<Rigid> world_from_joint = skeleton.Forward(pose);
@@ -229,9 +231,12 @@ class VideoWriter {
           if (before.dot(q) < 0) q = -q;
         }
         out.insert(out.end(), q.data(), q.data() + 4);
-      }
-      for (int a = 0; a < 3; ++a) {
-        translations.push_back(static_cast<float>(pose.root_translation[a]));
+        if (parent >= 0 && !skeleton.joints[j].IsNode()) continue;
+        const Vec3d place = parent < 0 ? pose.root_translation
+                                       : Vec3d(world_from_joint[Size(parent)].rotation.transpose() *
+                                               (world_from_joint[j].translation -
+                                                world_from_joint[Size(parent)].translation));
+        for (int a = 0; a < 3; ++a) translations[j].push_back(static_cast<float>(place[a]));
       }
     }
     Json animation = {{"name", video_.sequence.empty() ? "motion" : video_.sequence},
@@ -241,9 +246,10 @@ class VideoWriter {
     for (std::size_t j = 0; j < rotations.size(); ++j) {
       const int output = glb_.AddFloats(rotations[j], 4, GlbTarget::kNone);
       AddChannel(animation, times, output, nodes.joints[j], "rotation");
+      if (translations[j].empty()) continue;
+      const int places = glb_.AddFloats(translations[j], 3, GlbTarget::kNone);
+      AddChannel(animation, times, places, nodes.joints[j], "translation");
     }
-    const int output = glb_.AddFloats(translations, 3, GlbTarget::kNone);
-    AddChannel(animation, times, output, nodes.joints[0], "translation");
     root()["animations"].push_back(animation);
   }
 
@@ -421,7 +427,8 @@ class VideoWriter {
                            GlbTarget::kNone);
   }
 
-  // [frame] root translation (3), root rotation (x, y, z, w), angles (D), confidence, in double.
+  // [frame] root translation (3), root rotation (x, y, z, w), angles (D), confidence, in double;
+  // and [frame][node][3] shifts in whole kShiftUnit.
   Json AddPoses() {
     std::vector<double> values;
     for (std::size_t f = 0; f < video_.motion.poses.size(); ++f) {
@@ -432,8 +439,26 @@ class VideoWriter {
       values.insert(values.end(), pose.angles.begin(), pose.angles.end());
       values.push_back(video_.motion.confidence.empty() ? 1.0 : video_.motion.confidence[f]);
     }
-    return {{"bufferView", glb_.AddBufferView(BytesOf(values))},
-            {"dofs", video_.actor->skeleton.NumDofs()}};
+    Json poses = {{"bufferView", glb_.AddBufferView(BytesOf(values))},
+                  {"dofs", video_.actor->skeleton.NumDofs()}};
+    const std::size_t nodes = Size(video_.actor->skeleton.NumNodes());
+    if (nodes > 0) {
+      std::vector<std::int16_t> shifts;
+      for (const Pose& pose : video_.motion.poses) {
+        for (std::size_t k = 0; k < nodes; ++k) {
+          for (int a = 0; a < 3; ++a) {
+            const double x = pose.shifts.empty() ? 0.0 : pose.shifts[k][a] / kShiftUnit;
+            shifts.push_back(
+                static_cast<std::int16_t>(std::lround(std::clamp(x, -32767.0, 32767.0))));
+          }
+        }
+      }
+      const std::string_view bytes(reinterpret_cast<const char*>(shifts.data()),
+                                   shifts.size() * sizeof(std::int16_t));
+      poses["nodes"] = nodes;
+      poses["shifts"] = glb_.AddBufferView(bytes);
+    }
+    return poses;
   }
 
   // [frame][skin vertex][3] of normal_positions - positions in 16 bits, one scale for all.

@@ -41,17 +41,6 @@ Between FindBetween(double frame, int count) {
   return {first, second, clamped - static_cast<double>(first)};
 }
 
-Pose Interpolate(const Pose& a, const Pose& b, double t) {
-  Pose pose;
-  pose.root_translation = (1 - t) * a.root_translation + t * b.root_translation;
-  pose.root_rotation = a.root_rotation.slerp(t, b.root_rotation);
-  pose.angles.resize(a.angles.size());
-  for (std::size_t d = 0; d < a.angles.size(); ++d) {
-    pose.angles[d] = (1 - t) * a.angles[d] + t * b.angles[d];
-  }
-  return pose;
-}
-
 std::vector<Vec3f> Interpolate(const std::vector<Vec3f>& a, const std::vector<Vec3f>& b, double t) {
   if (t == 0) return a;
   const auto s = static_cast<float>(t);
@@ -89,7 +78,7 @@ std::vector<Vec3f> SkinPositionsAt(const RelightableVideo& video, double frame) 
   const Between at = FindBetween(frame, video.NumFrames());
   if (video.actor) {
     const std::vector<Pose>& poses = video.motion.poses;
-    return SkinPositions(*video.actor, Interpolate(poses[at.first], poses[at.second], at.t));
+    return SkinPositions(*video.actor, InterpolatePoses(poses[at.first], poses[at.second], at.t));
   }
   return Interpolate(video.positions[at.first], video.positions[at.second], at.t);
 }
