@@ -20,8 +20,10 @@ using Mat3f = Eigen::Matrix3f;
 using Mat3d = Eigen::Matrix3d;
 using Mat4f = Eigen::Matrix4f;
 using Mat4d = Eigen::Matrix4d;
-using Quatf = Eigen::Quaternionf;
-using Quatd = Eigen::Quaterniond;
+// Not over-aligned: standard algorithms' buffers (std::stable_sort's) know no alignment beyond
+// malloc's.
+using Quatf = Eigen::Quaternion<float, Eigen::DontAlign>;
+using Quatd = Eigen::Quaternion<double, Eigen::DontAlign>;
 
 // Three vertex indices, counter-clockwise seen from outside.
 using Triangle = std::array<int, 3>;

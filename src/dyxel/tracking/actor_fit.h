@@ -22,8 +22,8 @@ struct FitFrames {
 
 // Gauss-Newton over the proportions and all poses at once: the poses, which only their own time
 // step sees, are eliminated (Schur complement). Derivatives by the proportions are differences of
-// bodies made with them. Steps that raise the mean mismatch are shortened, then dropped. The
-// template's sizes (1) draw with the spreads given in the source.
+// bodies made with them. Steps that raise the mean mismatch by 0.002 or more are shortened, then
+// dropped. The template's sizes (1) draw with the spreads given in the source.
 void FitProportions(const Actor& body_template,
                     Proportions& proportions,
                     FitFrames& frames,

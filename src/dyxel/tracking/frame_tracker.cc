@@ -10,6 +10,7 @@ namespace {
 // of its area is seen and not covered, is searched.
 constexpr double kPoorOutside = 0.2;
 constexpr double kPoorMissed = 0.35;
+constexpr double kWorse = 0.08;        // worse than where a search brought nothing
 constexpr double kWorthwhile = 0.002;  // mismatch that a searched limb has to gain
 
 double FacingDifference(const Pose& a, const Pose& b, const Vec3d& up) {
@@ -27,6 +28,28 @@ void SortByMismatch(std::vector<PoseSolution>& solutions) {
   });
 }
 
+PoseSolution SearchOneLimb(PoseEvaluator& evaluator,
+                           PoseSolution solution,
+                           const Pose& prediction,
+                           const Limb& limb,
+                           const SolveSettings& settings,
+                           int candidates) {
+  SolveSettings local = settings;
+  local.scale_start = 0.06F;
+  local.max_iterations = std::min(settings.max_iterations, 12);
+  for (const LimbCandidate& candidate : SearchLimb(evaluator, solution.pose, limb, candidates)) {
+    // The searched limb is drawn to what was found, the rest of the body to the prediction.
+    Pose towards = prediction;
+    for (const int d : limb.dofs) {
+      towards.angles[static_cast<std::size_t>(d)] =
+          candidate.pose.angles[static_cast<std::size_t>(d)];
+    }
+    const PoseSolution next = SolvePose(evaluator, candidate.pose, towards, local);
+    if (next.mismatch < solution.mismatch - kWorthwhile) solution = next;
+  }
+  return solution;
+}
+
 // Searches every limb that `poor` names, one after the other, and solves on.
 template <class Poor>
 PoseSolution SearchLimbs(PoseEvaluator& evaluator,
@@ -38,19 +61,7 @@ PoseSolution SearchLimbs(PoseEvaluator& evaluator,
                          Poor&& poor) {
   for (const Limb& limb : limbs) {
     if (!poor(solution.pose, limb)) continue;
-    SolveSettings local = settings;
-    local.scale_start = 0.06F;
-    for (const LimbCandidate& candidate : SearchLimb(evaluator, solution.pose, limb, candidates)) {
-      // The searched limb is drawn to what was found, the rest of the body to the prediction.
-      Pose towards = prediction;
-      for (const int d : limb.dofs) {
-        towards.angles[static_cast<std::size_t>(d)] =
-            candidate.pose.angles[static_cast<std::size_t>(d)];
-      }
-      local.max_iterations = std::min(settings.max_iterations, 12);
-      const PoseSolution next = SolvePose(evaluator, candidate.pose, towards, local);
-      if (next.mismatch < solution.mismatch - kWorthwhile) solution = next;
-    }
+    solution = SearchOneLimb(evaluator, solution, prediction, limb, settings, candidates);
   }
   return solution;
 }
@@ -136,7 +147,8 @@ std::vector<PoseSolution> FindStarts(PoseEvaluator& evaluator,
 PoseSolution TrackFrame(PoseEvaluator& evaluator,
                         std::span<const Pose> guesses,
                         std::span<const Limb> limbs,
-                        const SolveSettings& settings) {
+                        const SolveSettings& settings,
+                        LimbPatience& patience) {
   // Only the guess that overlaps best is solved.
   std::vector<PoseSolution> starts;
   for (const Pose& guess : guesses) {
@@ -146,11 +158,23 @@ PoseSolution TrackFrame(PoseEvaluator& evaluator,
   }
   SortByMismatch(starts);
   PoseSolution best = SolvePose(evaluator, starts[0].pose, guesses[0], settings);
-  const auto poor = [&](const Pose& pose, const Limb& limb) {
-    const LimbOverlap overlap = MeasureLimb(evaluator, pose, limb);
-    return overlap.outside > kPoorOutside || overlap.missed > kPoorMissed;
-  };
-  return SearchLimbs(evaluator, best, guesses[0], limbs, settings, 2, poor);
+  patience.resize(limbs.size());
+  for (std::size_t l = 0; l < limbs.size(); ++l) {
+    const LimbOverlap overlap = MeasureLimb(evaluator, best.pose, limbs[l]);
+    LimbOverlap& known = patience[l];
+    const bool poor = overlap.outside > std::max(kPoorOutside, known.outside + kWorse) ||
+                      overlap.missed > std::max(kPoorMissed, known.missed + kWorse);
+    if (!poor) {
+      known.outside = std::min(known.outside, overlap.outside);
+      known.missed = std::min(known.missed, overlap.missed);
+      continue;
+    }
+    const PoseSolution next =
+        SearchOneLimb(evaluator, best, guesses[0], limbs[l], settings, /*candidates=*/2);
+    known = next.mismatch < best.mismatch ? LimbOverlap{} : overlap;
+    best = next;
+  }
+  return best;
 }
 
 }  // namespace dyxel::internal

@@ -20,11 +20,16 @@ namespace dyxel::internal {
                                                    std::span<const Limb> limbs,
                                                    int keep);
 
+// How badly each limb overlapped where a search of it brought nothing: it is searched again where
+// it gets worse.
+using LimbPatience = std::vector<LimbOverlap>;  // [limbs]
+
 // The pose solved from that one of `guesses` (at least one) that overlaps best as it is, drawn
 // towards the first one's angles; limbs whose overlap stays poor are searched.
 [[nodiscard]] PoseSolution TrackFrame(PoseEvaluator& evaluator,
                                       std::span<const Pose> guesses,
                                       std::span<const Limb> limbs,
-                                      const SolveSettings& settings);
+                                      const SolveSettings& settings,
+                                      LimbPatience& patience);
 
 }  // namespace dyxel::internal

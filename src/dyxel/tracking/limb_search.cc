@@ -39,15 +39,46 @@ Vec3d TipInJoint(const Actor& actor, const Limb& limb) {
   return tip - origin;
 }
 
+// Observed points that the rest of the body does not cover and the limb could reach.
 struct ResidualPoints {
-  std::vector<Vec2f> pixels;  // observed, not covered by the rest of the body
+  std::vector<Vec2f> pixels;
+  float area = 0;  // of the limb's drawing that a point stands for
 };
 
-float SegmentDistanceSquared(const Vec2f& p, const Vec2f& a, const Vec2f& b) {
-  const Vec2f d = b - a;
-  const float t = std::clamp((p - a).dot(d) / std::max(d.squaredNorm(), 1e-9F), 0.0F, 1.0F);
-  return (p - a - t * d).squaredNorm();
-}
+// The area of a limb in squares of 3 cm.
+constexpr float kLimbArea = 30 * 0.03F * 0.03F;
+constexpr std::size_t kMostPoints = 160;  // a view
+
+// The limb's bones in one view.
+struct DrawnBones {
+  std::array<Vec2f, 4> pixels;
+  bool visible = false;
+
+  // How many of the points lie farther than `radius` pixels from all bones.
+  [[nodiscard]] int CountFar(const std::vector<Vec2f>& points, float radius) const {
+    std::array<Vec2f, 3> along;
+    std::array<float, 3> scale{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      along[k] = pixels[k + 1] - pixels[k];
+      scale[k] = 1 / std::max(along[k].squaredNorm(), 1e-9F);
+    }
+    const float limit = radius * radius;
+    int count = 0;
+    for (const Vec2f& p : points) {
+      float nearest = limit + 1;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const float x = p.x() - pixels[k].x();
+        const float y = p.y() - pixels[k].y();
+        const float t = std::clamp((x * along[k].x() + y * along[k].y()) * scale[k], 0.0F, 1.0F);
+        const float dx = x - t * along[k].x();
+        const float dy = y - t * along[k].y();
+        nearest = std::min(nearest, dx * dx + dy * dy);
+      }
+      count += nearest > limit ? 1 : 0;
+    }
+    return count;
+  }
+};
 
 std::vector<double> Levels(double low, double high, int n) {
   std::vector<double> levels;
@@ -185,15 +216,28 @@ std::vector<LimbCandidate> SearchLimb(PoseEvaluator& evaluator,
   const std::vector<Vec3f> positions = SkinPositions(actor, pose);
   const std::vector<BodyView> rest = DrawRest(evaluator, positions, limb);
 
-  // What is seen and not covered by the rest of the body, thinned to some hundreds a view.
+  const bool leg = limb.name.ends_with("leg");
+  const float radius = leg ? 0.07F : 0.045F;
+  const Vec3d tip = TipInJoint(actor, limb);
+  const std::vector<Rigid> now = actor.skeleton.Forward(pose);
+  const auto joint = [&](std::size_t k) { return static_cast<std::size_t>(limb.joints[k]); };
+  const float reach =
+      static_cast<float>((now[joint(1)].translation - now[joint(0)].translation).norm() +
+                         (now[joint(2)].translation - now[joint(1)].translation).norm() +
+                         tip.norm()) +
+      1.2F * radius;
+
   std::vector<ResidualPoints> residual(rest.size());
   std::vector<Projector> projectors;
   for (const View& view : observation.views) projectors.emplace_back(*view.camera);
   ParallelFor(rest.size(), [&](std::size_t i) {
     const View& view = observation.views[i];
     const DistanceField& field = view.field;
-    const int stride = std::max(
-        1, static_cast<int>(0.03F / (view.metres_per_pixel * static_cast<float>(field.step))));
+    const Vec2f root = projectors[i](now[joint(0)].translation.cast<float>()).head<2>();
+    const float reach_px = reach / view.metres_per_pixel;
+    const float cell = view.metres_per_pixel * static_cast<float>(field.step);
+    const int stride = std::max(1, static_cast<int>(0.03F / cell));
+    std::vector<Vec2f> all;
     for (int y = stride / 2; y < field.value.height; y += stride) {
       for (int x = stride / 2; x < field.value.width; x += stride) {
         if (field.value.At(x, y) <= 0) continue;
@@ -201,13 +245,18 @@ std::vector<LimbCandidate> SearchLimb(PoseEvaluator& evaluator,
                               static_cast<float>(field.step) * (static_cast<float>(x) + 0.5F),
                           static_cast<float>(field.top) +
                               static_cast<float>(field.step) * (static_cast<float>(y) + 0.5F));
-        if (!rest[i].Covered(view, pixel)) residual[i].pixels.push_back(pixel);
+        if ((pixel - root).squaredNorm() > reach_px * reach_px) continue;
+        if (!rest[i].Covered(view, pixel)) all.push_back(pixel);
       }
     }
+    const std::size_t every = all.size() / kMostPoints + 1;
+    for (std::size_t k = every / 2; k < all.size(); k += every)
+      residual[i].pixels.push_back(all[k]);
+    const float side = cell * static_cast<float>(stride);
+    residual[i].area = side * side * static_cast<float>(every) / kLimbArea;
   });
 
   // The grid of angles.
-  const bool leg = limb.name.ends_with("leg");
   const std::array<int, 4> counts =
       leg ? std::array<int, 4>{9, 6, 3, 6} : std::array<int, 4>{9, 7, 5, 5};
   std::vector<std::vector<double>> levels;
@@ -217,10 +266,12 @@ std::vector<LimbCandidate> SearchLimb(PoseEvaluator& evaluator,
   }
   std::size_t total = 1;
   for (const auto& l : levels) total *= l.size();
-  const Vec3d tip = TipInJoint(actor, limb);
   struct Scored {
-    double score;
+    double score;  // (T7): its first term, then the whole
     std::size_t index;
+    bool operator<(const Scored& other) const {
+      return score < other.score || (score == other.score && index < other.index);
+    }
   };
   const auto pose_of = [&](std::size_t index) {
     Pose p = pose;
@@ -235,64 +286,70 @@ std::vector<LimbCandidate> SearchLimb(PoseEvaluator& evaluator,
     return p;
   };
   std::vector<Scored> scored(total);
-  const float radius = leg ? 0.07F : 0.045F;
+  std::vector<DrawnBones> bones(total * rest.size());
   ParallelForBlocks(total, 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t index = begin; index < end; ++index) {
       const std::vector<Rigid> frames = actor.skeleton.Forward(pose_of(index));
       std::array<Vec3f, 4> points;
-      for (std::size_t k = 0; k < 3; ++k) {
-        points[k] = frames[static_cast<std::size_t>(limb.joints[k])].translation.cast<float>();
-      }
-      points[3] = (frames[static_cast<std::size_t>(limb.joints[2])] * tip).cast<float>();
+      for (std::size_t k = 0; k < 3; ++k) points[k] = frames[joint(k)].translation.cast<float>();
+      points[3] = (frames[joint(2)] * tip).cast<float>();
       double score = 0;
       for (std::size_t i = 0; i < rest.size(); ++i) {
         const View& view = observation.views[i];
-        std::array<Vec2f, 4> pixels;
-        bool visible = true;
+        DrawnBones& drawn = bones[index * rest.size() + i];
+        drawn.visible = true;
         for (std::size_t k = 0; k < 4; ++k) {
           const Vec3f p = projectors[i](points[k]);
-          visible &= p.z() > 0;
-          pixels[k] = p.head<2>();
+          drawn.visible &= p.z() > 0;
+          drawn.pixels[k] = p.head<2>();
         }
-        if (!visible) continue;
+        if (!drawn.visible) continue;
         float outside = 0;
         for (std::size_t k = 0; k < 3; ++k) {
           for (int s = 0; s < 4; ++s) {
             const float t = (static_cast<float>(s) + 0.5F) / 4;
-            const Vec2f p = pixels[k] + t * (pixels[k + 1] - pixels[k]);
+            const Vec2f p = drawn.pixels[k] + t * (drawn.pixels[k + 1] - drawn.pixels[k]);
             const DistanceField& field = view.partial() ? view.outer : view.field;
             const float depth = field.At(p) * view.metres_per_pixel;
             const float r = k == 2 ? 0.02F : 0.6F * radius;
             outside += std::clamp(r - depth, 0.0F, 0.25F) / 0.25F;
           }
         }
-        const float radius_px = 1.2F * radius / view.metres_per_pixel;
-        int unexplained = 0;
-        for (const Vec2f& p : residual[i].pixels) {
-          const float d2 = std::min({SegmentDistanceSquared(p, pixels[0], pixels[1]),
-                                     SegmentDistanceSquared(p, pixels[1], pixels[2]),
-                                     SegmentDistanceSquared(p, pixels[2], pixels[3])});
-          if (d2 > radius_px * radius_px) ++unexplained;
-        }
-        // Twelve points along the limb weigh as much as the area that they would draw.
-        const float limb_cells = 30;
-        score += static_cast<double>(outside) / 12 +
-                 static_cast<double>(static_cast<float>(unexplained) / limb_cells);
+        score += static_cast<double>(outside) / 12;
       }
       scored[index] = {score, index};
     }
   });
-  const std::size_t drawn = std::min<std::size_t>(14, scored.size());
-  std::partial_sort(scored.begin(),
-                    scored.begin() + static_cast<std::ptrdiff_t>(drawn),
-                    scored.end(),
-                    [](const Scored& a, const Scored& b) {
-                      return a.score < b.score || (a.score == b.score && a.index < b.index);
-                    });
+  // The second term, which is not negative, is only computed where the first leaves a chance.
+  std::sort(scored.begin(), scored.end());
+  const std::size_t drawn = std::min<std::size_t>(14, total);
+  constexpr std::size_t kBlock = 128;
+  std::vector<Scored> best;
+  for (std::size_t begin = 0; begin < total; begin += kBlock) {
+    if (best.size() == drawn && scored[begin].score >= best.back().score) break;
+    const std::size_t end = std::min(total, begin + kBlock);
+    ParallelForBlocks(end - begin, 16, [&](std::size_t first, std::size_t last) {
+      for (std::size_t n = begin + first; n < begin + last; ++n) {
+        for (std::size_t i = 0; i < rest.size(); ++i) {
+          const DrawnBones& view_bones = bones[scored[n].index * rest.size() + i];
+          if (!view_bones.visible) continue;
+          const float radius_px = 1.2F * radius / observation.views[i].metres_per_pixel;
+          scored[n].score +=
+              static_cast<double>(residual[i].area * static_cast<float>(view_bones.CountFar(
+                                                         residual[i].pixels, radius_px)));
+        }
+      }
+    });
+    best.insert(best.end(),
+                scored.begin() + static_cast<std::ptrdiff_t>(begin),
+                scored.begin() + static_cast<std::ptrdiff_t>(end));
+    std::sort(best.begin(), best.end());
+    best.resize(std::min(best.size(), drawn));
+  }
   std::vector<LimbCandidate> candidates;
   candidates.push_back({pose, DrawnMismatch(evaluator, rest, positions, limb)});
   for (std::size_t k = 0; k < drawn; ++k) {
-    Pose p = pose_of(scored[k].index);
+    Pose p = pose_of(best[k].index);
     const std::vector<Vec3f> moved = SkinPositions(actor, p);
     const double mismatch = DrawnMismatch(evaluator, rest, moved, limb);
     candidates.push_back({std::move(p), mismatch});

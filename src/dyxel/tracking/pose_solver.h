@@ -1,7 +1,7 @@
 // The pose of one time step by rims and contours; docs/method.md (T1)-(T5), A §V-A.
 //
 // Minimises over the pose's 6 + D unknowns p
-//   Σ_matches w (r + g · dx(p))² / σ²  +  Σ_d ((θ_d − θ̂_d) / s)²
+//   Σ_matches w (r + g · dx(p))² / σ²  +  Σ_d ((θ_d − θ̂_d) / s)²  +  Σ_d (θ_d / s_0)²
 // where a match ties a rim vertex to the observed contour along a direction g, both from the
 // model's rims to the picture and from the picture's contour to the rims; matches are renewed every
 // step.
@@ -103,8 +103,8 @@ struct PoseSolution {
   int iterations = 0;
 };
 
-// From `start`, drawn towards `prediction`'s angles. The pose of the least mismatch on the way is
-// returned, so that it is never worse than `start`.
+// From `start`, drawn towards `prediction`'s angles. The pose of the least energy (T5) on the way
+// is returned; its mismatch may be a little above that of `start`.
 [[nodiscard]] PoseSolution SolvePose(PoseEvaluator& evaluator,
                                      const Pose& start,
                                      const Pose& prediction,

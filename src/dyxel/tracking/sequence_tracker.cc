@@ -66,15 +66,28 @@ HullSummary FindPerson(const SilhouetteSet& silhouettes, std::size_t frame) {
   return lenient;
 }
 
-Observation ObserveFrame(const SilhouetteSet& silhouettes, std::size_t frame, int max_cells) {
+PersonPlace PlaceOf(const SilhouetteSet& silhouettes, std::size_t frame, const HullSummary& hull) {
   const auto& masks = silhouettes.masks[frame];
-  const HullSummary hull = FindPerson(silhouettes, frame);
-  std::vector<char> partial(masks.size(), 0);
+  PersonPlace place;
+  place.partial.assign(masks.size(), 0);
   for (std::size_t c = 0; c < hull.unknown.size(); ++c) {
-    partial[c] = hull.unknown[c] > kPartialView ? 1 : 0;
+    place.partial[c] = hull.unknown[c] > kPartialView ? 1 : 0;
   }
-  const Vec3d center = hull.found ? hull.center : MeetingPoint(silhouettes.cameras, masks);
-  return Observe(silhouettes.cameras, masks, center, max_cells, partial);
+  place.center = hull.found ? hull.center : MeetingPoint(silhouettes.cameras, masks);
+  return place;
+}
+
+Observation ObserveFrame(const SilhouetteSet& silhouettes, std::size_t frame, int max_cells) {
+  const HullSummary hull = FindPerson(silhouettes, frame);
+  return ObserveFrame(silhouettes, frame, PlaceOf(silhouettes, frame, hull), max_cells);
+}
+
+Observation ObserveFrame(const SilhouetteSet& silhouettes,
+                         std::size_t frame,
+                         const PersonPlace& place,
+                         int max_cells) {
+  return Observe(
+      silhouettes.cameras, silhouettes.masks[frame], place.center, max_cells, place.partial);
 }
 
 SequenceTracker::SequenceTracker(const SilhouetteSet& silhouettes,
@@ -83,8 +96,15 @@ SequenceTracker::SequenceTracker(const SilhouetteSet& silhouettes,
     : silhouettes_(silhouettes),
       body_(MakeTrackedBody(actor)),
       limbs_(FindLimbs(body_.actor)),
-      solutions_(silhouettes.masks.size()) {
+      solutions_(silhouettes.masks.size()),
+      places_(silhouettes.masks.size()) {
   settings_.max_iterations = options.max_iterations;
+}
+
+Observation SequenceTracker::See(std::size_t frame) {
+  std::optional<PersonPlace>& place = places_[frame];
+  if (!place) place = PlaceOf(silhouettes_, frame, FindPerson(silhouettes_, frame));
+  return ObserveFrame(silhouettes_, frame, *place);
 }
 
 void SequenceTracker::Start() {
@@ -93,7 +113,8 @@ void SequenceTracker::Start() {
   for (first_ = 0; first_ < frames; ++first_) {
     const HullSummary hull = FindPerson(silhouettes_, first_);
     if (!hull.found) continue;
-    const Observation observation = ObserveFrame(silhouettes_, first_, 200);
+    places_[first_] = PlaceOf(silhouettes_, first_, hull);
+    const Observation observation = ObserveFrame(silhouettes_, first_, *places_[first_], 200);
     PoseEvaluator evaluator(observation, body_);
     starts = FindStarts(evaluator, hull, silhouettes_.up, limbs_, 3);
     if (!starts.empty()) break;
@@ -108,7 +129,7 @@ void SequenceTracker::Start() {
   std::vector<PoseSolution> best;
   for (const PoseSolution& start : starts) {
     if (start.mismatch > 1.6 * starts[0].mismatch) break;
-    const Observation observation = ObserveFrame(silhouettes_, first_);
+    const Observation observation = See(first_);
     PoseEvaluator evaluator(observation, body_);
     solutions_[first_] = SolvePose(evaluator, start.pose, start.pose, settings_);
     const double mismatch = Run(first_, end, {});
@@ -133,14 +154,15 @@ std::vector<Pose> SequenceTracker::Guesses(std::size_t frame) const {
 
 double SequenceTracker::Run(std::size_t from, std::size_t end, const ProgressFn& progress) {
   double sum = solutions_[from].mismatch;
+  patience_.clear();
   for (std::size_t t = from + 1; t < end; ++t) {
-    const Observation observation = ObserveFrame(silhouettes_, t);
+    const Observation observation = See(t);
     const std::vector<Pose> guesses = Guesses(t);
     if (observation.views.empty()) {
       solutions_[t] = {guesses.back(), 1, 0, 0};
     } else {
       PoseEvaluator evaluator(observation, body_);
-      solutions_[t] = TrackFrame(evaluator, guesses, limbs_, settings_);
+      solutions_[t] = TrackFrame(evaluator, guesses, limbs_, settings_, patience_);
     }
     sum += solutions_[t].mismatch;
     if (progress) progress(static_cast<double>(t - from) / static_cast<double>(end - from));
@@ -157,7 +179,7 @@ void SequenceTracker::Forward(const ProgressFn& progress) {
 void SequenceTracker::Adopt(std::span<const std::size_t> frames, std::span<const Pose> poses) {
   adopted_.assign(frames.begin(), frames.end());
   for (std::size_t k = 0; k < frames.size(); ++k) {
-    const Observation observation = ObserveFrame(silhouettes_, frames[k]);
+    const Observation observation = See(frames[k]);
     solutions_[frames[k]] = {poses[k], 1, 0, 0};
     if (observation.views.empty()) continue;
     PoseEvaluator evaluator(observation, body_);
@@ -184,13 +206,13 @@ void SequenceTracker::Fill(const ProgressFn& progress) {
       guesses.push_back(solutions_[next > 0 ? adopted_[next - 1] : adopted_[0]].pose);
     }
     if (t > 0) guesses.push_back(solutions_[t - 1].pose);
-    const Observation observation = ObserveFrame(silhouettes_, t);
+    const Observation observation = See(t);
     if (observation.views.empty()) {
       solutions_[t] = {guesses[0], 1, 0, 0};
       continue;
     }
     PoseEvaluator evaluator(observation, body_);
-    solutions_[t] = TrackFrame(evaluator, guesses, limbs_, settings_);
+    solutions_[t] = TrackFrame(evaluator, guesses, limbs_, settings_, patience_);
   }
 }
 
@@ -215,7 +237,7 @@ void SequenceTracker::Revisit(const ProgressFn& progress) {
     const std::size_t t = frames - 1 - k;
     if (progress) progress(static_cast<double>(k) / static_cast<double>(frames));
     if (solutions_[t].mismatch < limit) continue;
-    const Observation observation = ObserveFrame(silhouettes_, t);
+    const Observation observation = See(t);
     if (observation.views.empty()) {
       if (t > 0 && t + 1 < frames) {
         solutions_[t].pose = InterpolatePoses(solutions_[t - 1].pose, solutions_[t + 1].pose, 0.5);
@@ -234,7 +256,7 @@ void SequenceTracker::Revisit(const ProgressFn& progress) {
     if (guesses.empty()) continue;
     for (const Pose& guess : guesses) {
       const std::array<Pose, 1> one = {guess};
-      const PoseSolution again = TrackFrame(evaluator, one, limbs_, settings);
+      const PoseSolution again = TrackFrame(evaluator, one, limbs_, settings, patience_);
       if (Better(again, solutions_[t], 5e-4)) solutions_[t] = again;
     }
   }
@@ -251,7 +273,7 @@ void SequenceTracker::Smooth(const ProgressFn& progress) {
     if (progress) progress(static_cast<double>(t) / static_cast<double>(solutions_.size()));
     const Pose middle = InterpolatePoses(before[t - 1].pose, before[t + 1].pose, 0.5);
     const Pose towards = InterpolatePoses(before[t].pose, middle, 0.5);
-    const Observation observation = ObserveFrame(silhouettes_, t);
+    const Observation observation = See(t);
     if (observation.views.empty()) continue;
     PoseEvaluator evaluator(observation, body_);
     // The angles that the silhouettes leave open take the neighbours' mean, the others stay.

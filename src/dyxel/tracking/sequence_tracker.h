@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "dyxel/tracking/frame_tracker.h"
@@ -16,9 +17,22 @@ void CheckSilhouettes(const SilhouetteSet& silhouettes);
 // lenient one (visual_hull.h).
 [[nodiscard]] HullSummary FindPerson(const SilhouetteSet& silhouettes, std::size_t frame);
 
+// What an observation needs of the hull: where the person is, and whose view of him is partial.
+struct PersonPlace {
+  Vec3d center = Vec3d::Zero();
+  std::vector<char> partial;  // [cameras]
+};
+[[nodiscard]] PersonPlace PlaceOf(const SilhouetteSet& silhouettes,
+                                  std::size_t frame,
+                                  const HullSummary& hull);
+
 // The views of one time step, grids of at most about `max_cells` cells a side.
 [[nodiscard]] Observation ObserveFrame(const SilhouetteSet& silhouettes,
                                        std::size_t frame,
+                                       int max_cells = 500);
+[[nodiscard]] Observation ObserveFrame(const SilhouetteSet& silhouettes,
+                                       std::size_t frame,
+                                       const PersonPlace& place,
                                        int max_cells = 500);
 
 class SequenceTracker {
@@ -51,12 +65,16 @@ class SequenceTracker {
 
  private:
   [[nodiscard]] std::vector<Pose> Guesses(std::size_t frame) const;
+  // ObserveFrame, the hull carved once a frame.
+  [[nodiscard]] Observation See(std::size_t frame);
 
   const SilhouetteSet& silhouettes_;
   TrackedBody body_;
   std::vector<Limb> limbs_;
   SolveSettings settings_;
   std::vector<PoseSolution> solutions_;
+  std::vector<std::optional<PersonPlace>> places_;
+  LimbPatience patience_;
   std::size_t first_ = 0;
   std::vector<std::size_t> adopted_;
 };

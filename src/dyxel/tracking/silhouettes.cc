@@ -110,9 +110,9 @@ cv::Mat Disc(int radius) {
   return cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * radius + 1, 2 * radius + 1});
 }
 
-// Drops components below 20 pixels, and of the others those smaller than 1/400 of the largest: what
-// is left may still be in pieces, which the cut joins. False where nothing is left.
-bool KeepNearLargest(cv::Mat1b& mask) {
+// Drops components of fewer than 4 pixels or a 4000th of the largest's: what is left may still be
+// in pieces, which the cut joins. False where the largest has fewer than 20.
+bool DropSpecks(cv::Mat1b& mask) {
   cv::Mat labels, stats, centroids;
   const int n = cv::connectedComponentsWithStats(mask, labels, stats, centroids, 8);
   int largest = 0;
@@ -373,7 +373,7 @@ ImageU8 ExtractSilhouette(const ImageF& picture,
   cv::Mat1b open;
   cv::morphologyEx(person, open, cv::MORPH_OPEN, cv::getStructuringElement(cv::MORPH_RECT, {2, 2}));
   cv::Mat1b mask = open;
-  if (!KeepNearLargest(mask)) return ImageU8(picture.width, picture.height, 1);
+  if (!DropSpecks(mask)) return ImageU8(picture.width, picture.height, 1);
   CutUnsure(mask, picture, plate, reading, noise, 12);
   cv::Mat1b bridges;
   cv::morphologyEx(mask, bridges, cv::MORPH_CLOSE, Disc(8));

@@ -74,7 +74,7 @@ Motion FitShifts(const SilhouetteSet& silhouettes,
       if (progress) progress(static_cast<double>(++done) / static_cast<double>(2 * frames));
     });
   }
-  constexpr double kLeastGain = 0.2;
+  constexpr double kLeastGain = 0.25;
   const double unexplained = std::accumulate(after.begin(), after.end(), 0.0);
   if (unexplained > (1 - kLeastGain) * std::accumulate(before.begin(), before.end(), 0.0)) {
     motion.poses = bare;

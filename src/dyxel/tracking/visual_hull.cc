@@ -35,6 +35,51 @@ struct Grid {
   std::vector<std::uint8_t> full;  // [z][y][x]
 };
 
+// Pixels of the points of a row of voxels, which lie evenly along a line.
+class RowProjector {
+ public:
+  RowProjector(const Camera& camera, const Mat3d& world_from_upright)
+      : exact_(camera), distorted_(camera.HasDistortion()), turn_(world_from_upright) {
+    Mat3d k;
+    k << camera.fx, 0, camera.cx, 0, camera.fy, camera.cy, 0, 0, 1;
+    linear_ = k * camera.cam_from_world.rotation * world_from_upright;
+    offset_ = k * camera.cam_from_world.translation;
+  }
+
+  // Calls f(x, u, v) with the pixel of start + x (step, 0, 0) for those of `count` points that
+  // `wanted` names and that lie before the camera.
+  template <class F>
+  void Row(const Vec3d& start,
+           double step,
+           int count,
+           const std::vector<std::uint8_t>& wanted,
+           F&& f) const {
+    const Vec3f first = (linear_ * start + offset_).cast<float>();
+    const Vec3f along = (step * linear_.col(0)).cast<float>();
+    for (int i = 0; i < count; ++i) {
+      const auto x = static_cast<std::size_t>(i);
+      if (wanted[x] == 0) continue;
+      Vec3f h = first + static_cast<float>(i) * along;
+      if (!(h.z() > 0)) continue;
+      if (distorted_) {
+        h = exact_(Vec3d(turn_ * (start + Vec3d(i * step, 0, 0))).cast<float>());
+      } else {
+        const float w = 1 / h.z();
+        h.x() *= w;
+        h.y() *= w;
+      }
+      f(x, static_cast<int>(std::floor(h.x())), static_cast<int>(std::floor(h.y())));
+    }
+  }
+
+ private:
+  Projector exact_;
+  bool distorted_;
+  Mat3d turn_;
+  Mat3d linear_;
+  Vec3d offset_;
+};
+
 // An empty mask of a camera that has a picture would carve all away: such cameras are left out.
 void Carve(std::span<const Camera> cameras,
            std::span<const ImageU8> masks,
@@ -45,39 +90,40 @@ void Carve(std::span<const Camera> cameras,
   grid.full.assign(static_cast<std::size_t>(grid.nx) * static_cast<std::size_t>(grid.ny) *
                        static_cast<std::size_t>(grid.nz),
                    0);
-  std::vector<Projector> projectors;
-  for (const int c : used) projectors.emplace_back(cameras[static_cast<std::size_t>(c)]);
   const int cameras_used = static_cast<int>(used.size());
   const int least = dark == Dark::kUnknown
                         ? std::max(std::min(3, cameras_used), 2 * cameras_used / 5)
                         : std::max(std::min(2, cameras_used), cameras_used / 2);
+  std::vector<RowProjector> projectors;
+  for (const int c : used) {
+    projectors.emplace_back(cameras[static_cast<std::size_t>(c)], world_from_upright);
+  }
   ParallelFor(static_cast<std::size_t>(grid.nz), [&](std::size_t z) {
+    std::vector<std::uint8_t> inside(static_cast<std::size_t>(grid.nx));
+    std::vector<int> seen(static_cast<std::size_t>(grid.nx));
     for (int y = 0; y < grid.ny; ++y) {
-      for (int x = 0; x < grid.nx; ++x) {
-        const Vec3d local =
-            grid.corner + grid.voxel * Vec3d(x + 0.5, y + 0.5, static_cast<double>(z) + 0.5);
-        const Vec3f world = (world_from_upright * local).cast<float>();
-        int seen = 0;
-        bool inside = true;
-        for (std::size_t k = 0; k < used.size(); ++k) {
-          const ImageU8& mask = masks[static_cast<std::size_t>(used[k])];
-          const Vec3f p = projectors[k](world);
-          if (!(p.z() > 0)) continue;
-          const int u = static_cast<int>(std::floor(p.x()));
-          const int v = static_cast<int>(std::floor(p.y()));
-          if (u < 0 || v < 0 || u >= mask.width || v >= mask.height) continue;
-          if (dark == Dark::kUnknown && mask.At(u, v) == kMaskUnknown) continue;
-          ++seen;
-          if (mask.At(u, v) < 128) {
-            inside = false;
-            break;
-          }
-        }
-        if (inside && seen >= least) {
-          grid.full[(z * static_cast<std::size_t>(grid.ny) + static_cast<std::size_t>(y)) *
-                        static_cast<std::size_t>(grid.nx) +
-                    static_cast<std::size_t>(x)] = 1;
-        }
+      std::fill(inside.begin(), inside.end(), std::uint8_t{1});
+      std::fill(seen.begin(), seen.end(), 0);
+      int left = grid.nx;
+      const Vec3d start =
+          grid.corner + grid.voxel * Vec3d(0.5, y + 0.5, static_cast<double>(z) + 0.5);
+      for (std::size_t k = 0; k < used.size() && left > 0; ++k) {
+        const ImageU8& mask = masks[static_cast<std::size_t>(used[k])];
+        projectors[k].Row(start, grid.voxel, grid.nx, inside, [&](std::size_t x, int u, int v) {
+          if (u < 0 || v < 0 || u >= mask.width || v >= mask.height) return;
+          const std::uint8_t value = mask.At(u, v);
+          if (dark == Dark::kUnknown && value == kMaskUnknown) return;
+          ++seen[x];
+          if (value >= 128) return;
+          inside[x] = 0;
+          --left;
+        });
+      }
+      std::uint8_t* row =
+          &grid.full[(z * static_cast<std::size_t>(grid.ny) + static_cast<std::size_t>(y)) *
+                     static_cast<std::size_t>(grid.nx)];
+      for (std::size_t x = 0; x < inside.size(); ++x) {
+        row[x] = inside[x] != 0 && seen[x] >= least ? 1 : 0;
       }
     }
   });

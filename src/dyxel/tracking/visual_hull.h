@@ -21,16 +21,18 @@ struct HullSummary {
   std::vector<double> unknown;
 };
 
-// What an unknown pixel (kMaskUnknown) says: nothing is there, or nothing at all. Then half of the
-// cameras (and three, if there are as many) must see the person in a voxel.
+// What an unknown pixel (kMaskUnknown) says: nothing is there, or nothing at all. Then two fifths
+// of the cameras whose mask shows somebody (at least three, if there are as many) must see him in a
+// voxel.
 enum class Dark { kEmpty, kUnknown };
 
-// The point that the rays through the masks' centres come nearest to (least squares).
+// The point that the rays through the masks' centres come nearest to (least squares, weighted by
+// the mask's share of its picture).
 [[nodiscard]] Vec3d MeetingPoint(std::span<const Camera> cameras, std::span<const ImageU8> masks);
 
 // Carves a cube around the meeting point in two passes, coarse and within the hull's box with
 // voxels of `voxel` metres. A voxel outside a camera's picture is not carved by it; half of
-// the cameras, and two, must see it.
+// the cameras, and two, must see it (Dark::kEmpty).
 [[nodiscard]] HullSummary FindHull(std::span<const Camera> cameras,
                                    std::span<const ImageU8> masks,
                                    const Vec3d& up,
