@@ -180,9 +180,11 @@ std::vector<Unit> AtlasUnits(const Job& job) {
     const AtlasOptions& atlas_options = job.project().options.atlas;
     if (given) {
       const TriangleMesh mesh = ReadPly(mesh_file);
-      WriteAtlas(job.workspace->AtlasFolder(),
-                 mesh.positions,
-                 MakeGivenAtlas(mesh.positions, mesh.triangles, {}, atlas_options.size));
+      WriteAtlas(
+          job.workspace->AtlasFolder(),
+          mesh.positions,
+          MakeGivenAtlas(
+              mesh.positions, mesh.triangles, ReadPlyTextureCoordinates(mesh_file), atlas_options));
     } else {
       const TriangleMesh& skin = job.workspace->actor().skin;
       WriteAtlas(job.workspace->AtlasFolder(),
