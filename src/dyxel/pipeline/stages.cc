@@ -223,10 +223,6 @@ std::vector<Unit> TextureUnits(const Job& job) {
       unit.run = [job, sequence, frame](const ProgressFn&) {
         const Project& project = job.project();
         const PosedSurface surface = job.workspace->Posed(sequence->name, frame);
-        std::vector<float> saturation;
-        for (const int camera : project.capture.EstimationCameras()) {
-          saturation.push_back(SaturationOf(project.capture, *sequence, camera));
-        }
         const MvvTextures textures =
             MakeMvvTextures(job.workspace->atlas(),
                             job.workspace->grid(),
@@ -234,7 +230,6 @@ std::vector<Unit> TextureUnits(const Job& job) {
                             EstimationCamerasOf(project.capture),
                             ReadCrops(project.capture, *sequence, frame, surface.positions),
                             project.capture.LightsOf(*sequence, frame),
-                            saturation,
                             project.options.textures);
         WriteMvvTextures(job.TextureFolder(*sequence, frame),
                          EstimationCameraNames(project.capture),
