@@ -207,7 +207,8 @@ std::vector<Unit> TextureUnits(const Job& job) {
   wanted.insert(job.dynamic.begin(), job.dynamic.end());
   const Capture& capture = job.project().capture;
   for (const Sequence* sequence : AllSequences(job)) {
-    if (wanted.count(sequence->name) == 0 || !IsLit(*sequence)) continue;
+    // Nothing is fitted to what an environment lights.
+    if (wanted.count(sequence->name) == 0 || !IsLit(*sequence) || sequence->environment) continue;
     for (int frame = 0; frame < sequence->count; ++frame) {
       Unit unit;
       unit.stage = "textures";
