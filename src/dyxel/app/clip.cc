@@ -7,7 +7,6 @@
 #include "dyxel/image/exr.h"
 #include "dyxel/image/image_io.h"
 #include "dyxel/image/video.h"
-#include "dyxel/mesh/surface.h"
 #include "dyxel/render/tone_map.h"
 
 namespace dyxel {
@@ -41,6 +40,7 @@ ImageU8 ForTheEye(const ImageF& picture,
                   double scale,
                   const std::optional<Rgb>& background) {
   if (pass == Pass::kNormal) return NormalsToDisplay(picture);
+  if (pass == Pass::kMaterial) return MaterialsToDisplay(picture);
   return ToDisplay(picture, static_cast<float>(scale), background);
 }
 
@@ -50,15 +50,7 @@ ImageF RenderShot(const RelightableVideo& video,
                   const Shot& shot,
                   Pass pass,
                   const RenderOptions& options) {
-  const std::vector<Vec3f> positions = SkinPositionsAt(video, shot.frame);
-  std::vector<Vec3f> normal_positions;
-  if (!video.normal_positions.empty()) {
-    const auto nearest = static_cast<std::size_t>(std::clamp<long>(
-        std::lround(shot.frame), 0, static_cast<long>(video.normal_positions.size()) - 1));
-    normal_positions = video.normal_positions[nearest];
-  }
-  const PosedSurface surface =
-      PoseSurface(video.atlas, video.skin_triangles, positions, normal_positions);
+  const PosedSurface surface = SurfaceAt(video, shot.frame);
   const ImageF normal_map = NormalMapAt(video, shot.frame);
   return Render({&video.atlas, &surface, &video.maps, &normal_map},
                 shot.camera,

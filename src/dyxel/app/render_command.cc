@@ -66,27 +66,37 @@ Source Load(const Arguments& a) {
   return source;
 }
 
-// The lighting without a turning environment's turn.
-Lighting BaseLighting(const Arguments& a, const Source& source, int frame) {
+// The sequence whose lights are asked for; null where none is.
+const Sequence* LightsSequence(const Arguments& a, const Source& source) {
+  if (a.lights.empty() && a.lights_from.empty()) return nullptr;
+  return &source.project->capture.FindSequence(a.lights_from.empty() ? source.video.sequence
+                                                                     : a.lights_from);
+}
+
+// What stays the same over a clip: all but a turning environment's turn and the rig's lights, which
+// may change from frame to frame.
+Lighting BaseLighting(const Arguments& a, const Source& source) {
   Lighting lighting;
   if (!a.environment.empty())
     lighting.environment = ParseEnvironment(a.environment, source.video.up);
   for (const std::string& text : a.named_lights) lighting.lights.push_back(ParseLight(text));
-  if (!a.lights.empty() || !a.lights_from.empty()) {
-    const Capture& capture = source.project->capture;
-    const Sequence& sequence =
-        capture.FindSequence(a.lights_from.empty() ? source.video.sequence : a.lights_from);
-    if (sequence.environment) {
-      lighting.environment = LoadEnvironment(capture, *sequence.environment);
-    } else {
-      const std::vector<Light> rig =
-          capture.LightsOf(sequence, std::min(frame, sequence.count - 1));
-      lighting.lights.insert(lighting.lights.end(), rig.begin(), rig.end());
-    }
+  const Sequence* sequence = LightsSequence(a, source);
+  if (sequence != nullptr && sequence->environment) {
+    lighting.environment = LoadEnvironment(source.project->capture, *sequence->environment);
   }
-  if (lighting.lights.empty() && !lighting.environment)
+  const bool lit_by_rig = sequence != nullptr && IsLit(*sequence);
+  if (lighting.lights.empty() && !lighting.environment && !lit_by_rig)
     lighting.lights = DefaultLights(source.video.up);
   return lighting;
+}
+
+// Adds the rig's lights of a frame.
+void AddRigLights(const Arguments& a, const Source& source, int frame, Lighting& lighting) {
+  const Sequence* sequence = LightsSequence(a, source);
+  if (sequence == nullptr || sequence->environment) return;
+  const std::vector<Light> rig =
+      source.project->capture.LightsOf(*sequence, std::min(frame, sequence->count - 1));
+  lighting.lights.insert(lighting.lights.end(), rig.begin(), rig.end());
 }
 
 void RunRender(const Arguments& a) {
@@ -114,7 +124,7 @@ void RunRender(const Arguments& a) {
           first_number + last);
 
   const Orbit orbit = FitOrbit(SkinPositionsAt(video, range.first), video.up, a.width, a.height);
-  const Lighting lighting = BaseLighting(a, source, range.first);
+  const Lighting lighting = BaseLighting(a, source);
   const double fps = video.fps;
   const int moments = range.second - range.first + 1;
   const int count =
@@ -125,7 +135,8 @@ void RunRender(const Arguments& a) {
     // A clip longer than the motion plays it forth and back.
     const int period = std::max(1, 2 * (moments - 1));
     const int phase = i % period;
-    s.frame = range.first + (phase < moments ? phase : period - phase);
+    const int frame = range.first + (phase < moments ? phase : period - phase);
+    s.frame = frame;
     if (!a.camera.empty()) {
       const Capture& capture = source.project->capture;
       s.camera = capture.cameras[static_cast<std::size_t>(capture.FindCamera(a.camera))];
@@ -133,6 +144,7 @@ void RunRender(const Arguments& a) {
       s.camera = OrbitCamera(orbit, a.azimuth + 2 * kPiD * a.turns * share);
     }
     s.lighting = lighting;
+    AddRigLights(a, source, frame, s.lighting);
     if (s.lighting.environment)
       s.lighting.environment->rotation += 2 * kPiD * a.turn_environment * share;
     return s;

@@ -26,8 +26,23 @@ const Camera& CameraOf(const Capture& capture, int camera) {
   return capture.cameras.at(static_cast<std::size_t>(camera));
 }
 
+constexpr float kClippedFrom = 0.99F;  // of the level where a sensor ends
+
+// The radiance, before the colour matrix, from which a channel is clipped.
+float ClippingLevel(const Sequence& sequence, const StoredPicture& stored) {
+  if (stored.is_float) return std::numeric_limits<float>::infinity();
+  const double full = IsVideo(sequence) && sequence.white_level <= 255 ? 255 : stored.white_level;
+  // 16 bits may hold fewer: then the white level is where the sensor ends.
+  if (full > 255 || sequence.white_level <= 0) return kClippedFrom;
+  const auto level = static_cast<float>(full / sequence.white_level);
+  return kClippedFrom * (sequence.srgb ? LinearFromSrgb(level) : level);
+}
+
 // Stored values to linear radiance of the reference colours, in place.
-void Linearise(const Camera& camera, const Sequence& sequence, StoredPicture& stored) {
+void Linearise(const Camera& camera,
+               const Sequence& sequence,
+               Clipped clipped,
+               StoredPicture& stored) {
   ImageF& image = stored.image;
   double white = stored.white_level;
   if (!stored.is_float && sequence.white_level > 0) {
@@ -50,6 +65,14 @@ void Linearise(const Camera& camera, const Sequence& sequence, StoredPicture& st
   } else if (scale != 1) {
     for (float& value : image.data) value *= scale;
   }
+  if (clipped == Clipped::kNoValue && !stored.is_float) {
+    const float level = ClippingLevel(sequence, stored);
+    for (std::size_t i = 0; i + 2 < image.data.size(); i += 3) {
+      float* c = &image.data[i];
+      if (std::max({c[0], c[1], c[2]}) < level) continue;
+      std::fill_n(c, 3, std::numeric_limits<float>::quiet_NaN());
+    }
+  }
   if (camera.color_matrix != Mat3d::Identity()) {
     const Mat3f matrix = camera.color_matrix.cast<float>();
     for (std::size_t i = 0; i + 2 < image.data.size(); i += 3) {
@@ -67,6 +90,7 @@ Picture ReadScaled(const Capture& capture,
                    const Camera& camera,
                    const std::filesystem::path& path,
                    const std::optional<Rect>& window,
+                   Clipped clipped,
                    Read&& read) {
   const Rect all{0, 0, camera.width, camera.height};
   Picture picture;
@@ -90,7 +114,7 @@ Picture ReadScaled(const Capture& capture,
     if (capture.scale == 1) return picture.window;
     return SourceWindow(picture.window, camera.width, camera.height, width, height);
   });
-  Linearise(camera, sequence, stored);
+  Linearise(camera, sequence, clipped, stored);
   if (capture.scale == 1) {
     picture.image = std::move(stored.image);
   } else {
@@ -215,16 +239,17 @@ Picture ReadFrame(const Capture& capture,
                   const Sequence& sequence,
                   int camera,
                   int frame,
-                  const std::optional<Rect>& window) {
+                  const std::optional<Rect>& window,
+                  Clipped clipped) {
   const Camera& cam = CameraOf(capture, camera);
   const std::filesystem::path path = FramePath(capture, sequence, camera, frame);
   if (IsVideo(sequence)) {
-    return ReadScaled(capture, sequence, cam, path, window, [&](const auto& choose) {
+    return ReadScaled(capture, sequence, cam, path, window, clipped, [&](const auto& choose) {
       return ReadVideoFrame(path, sequence.first + frame, choose);
     });
   }
   if (sequence.allow_missing && !HasFrame(capture, sequence, camera, frame)) return {};
-  return ReadScaled(capture, sequence, cam, path, window, [&](const auto& choose) {
+  return ReadScaled(capture, sequence, cam, path, window, clipped, [&](const auto& choose) {
     return ReadPicture(path, choose);
   });
 }
@@ -235,9 +260,10 @@ std::vector<ImageF> ReadPlates(const Capture& capture, const Sequence& sequence,
   const Camera& cam = CameraOf(capture, camera);
   for (int i = 0; i < std::max(1, sequence.background_count); ++i) {
     const std::filesystem::path path = FilePath(capture, sequence.background, cam, i);
-    Picture plate = ReadScaled(capture, sequence, cam, path, std::nullopt, [&](const auto& choose) {
-      return ReadPicture(path, choose);
-    });
+    Picture plate = ReadScaled(
+        capture, sequence, cam, path, std::nullopt, Clipped::kAsStored, [&](const auto& choose) {
+          return ReadPicture(path, choose);
+        });
     plates.push_back(std::move(plate.image));
   }
   return plates;
@@ -283,24 +309,6 @@ Environment LoadEnvironmentFile(const std::filesystem::path& file,
     value = value > 0 ? std::min(value, 65504.0F * 16) : 0.0F;
   }
   return {std::move(picture.image), rotation, up};
-}
-
-float SaturationOf(const Capture& capture, const Sequence& sequence, int camera) {
-  double full = sequence.white_level <= 255 ? 255 : 65535;  // of a video: see Linearise
-  if (!IsVideo(sequence)) {
-    // Whether the pictures are integers, the first one that is there tells.
-    int frame = 0;
-    while (frame + 1 < sequence.count && !HasFrame(capture, sequence, camera, frame)) ++frame;
-    if (!HasFrame(capture, sequence, camera, frame)) return std::numeric_limits<float>::infinity();
-    const StoredPicture corner =
-        ReadPicture(FramePath(capture, sequence, camera, frame), Rect{0, 0, 1, 1});
-    if (corner.is_float) return std::numeric_limits<float>::infinity();
-    full = corner.white_level;
-  }
-  // 16 bits may hold fewer: then the white level is where the sensor ends.
-  if (full > 255 || sequence.white_level <= 0) return 1;
-  const auto level = static_cast<float>(full / sequence.white_level);
-  return sequence.srgb ? LinearFromSrgb(level) : level;
 }
 
 }  // namespace dyxel

@@ -76,6 +76,11 @@ struct Capture {
 // True where the file of that frame is there (always so for videos).
 [[nodiscard]] bool HasFrame(const Capture&, const Sequence&, int camera, int frame);
 
+// What a pixel of which a channel is clipped becomes: what the file holds, or NaN. Integers are
+// clipped from 0.99 times their white level on (of 8 bits with a smaller one: of 255), before the
+// colour matrix and before --scale; floats never are.
+enum class Clipped { kAsStored, kNoValue };
+
 // One picture: linear radiance after white level, transfer and colour matrix; [h][w][3]. With
 // `window`, only that part of the picture (in pixels of the scaled camera) is decoded where the
 // format allows; the window is clipped to the picture. A missing frame that the sequence allows
@@ -84,11 +89,8 @@ struct Capture {
                                 const Sequence&,
                                 int camera,
                                 int frame,
-                                const std::optional<Rect>& window = std::nullopt);
-
-// The stored value from which a pixel of that sequence is clipped, as a radiance before the colour
-// matrix: 1 for integers (more for 8 bits with a smaller white level), infinity for float files.
-[[nodiscard]] float SaturationOf(const Capture&, const Sequence&, int camera);
+                                const std::optional<Rect>& window = std::nullopt,
+                                Clipped clipped = Clipped::kAsStored);
 
 // Plates of a camera, all of them (at least one; several are numbered from 0), as ReadFrame gives
 // pictures; empty without any.

@@ -87,13 +87,29 @@ class Checker {
   }
 
   std::string Lighting(const Sequence& sequence) {
-    if (sequence.environment) return sequence.environment->file.generic_string();
-    if (!sequence.frame_lights.empty()) return "changing";
-    if (!sequence.lights.empty()) return fmt::format("{}", fmt::join(sequence.lights, ", "));
+    const bool reflectance = sequence.kind == SequenceKind::kReflectance;
+    if (sequence.environment) {
+      if (reflectance) {
+        Add(Severity::kWarning,
+            "capture.json",
+            fmt::format("the sequence \"{}\" is of kind \"reflectance\" and lit by an environment",
+                        sequence.name),
+            "Reflectance is measured under lamps: name its lights, or call it \"validation\"");
+      }
+      return sequence.environment->file.generic_string();
+    }
+    const auto& changing = sequence.frame_lights;
+    if (std::any_of(changing.begin(), changing.end(), [](const auto& l) { return !l.empty(); })) {
+      return "changing";
+    }
+    if (changing.empty() && !sequence.lights.empty()) {
+      return fmt::format("{}", fmt::join(sequence.lights, ", "));
+    }
     Add(Severity::kWarning,
         "capture.json",
         fmt::format("the sequence \"{}\" names neither lights nor an environment", sequence.name),
-        "Without them it can be tracked, and no more");
+        reflectance ? "Name its lights: without them no reflectance can be measured"
+                    : "Without them it can be tracked, and no more");
     return "none";
   }
 
@@ -112,14 +128,31 @@ class Checker {
     const std::string file = environment.file.generic_string();
     if (file.empty() || !environments_.insert(file).second) return;
     try {
-      const Environment map = LoadEnvironment(report_.capture, environment);
-      if (map.radiance.width != 2 * map.radiance.height) {
+      const StoredPicture map = ReadPicture(report_.capture.folder / environment.file);
+      if (!map.is_float) {
+        Add(Severity::kError,
+            file,
+            "holds integers, not radiance",
+            "Use an EXR or Radiance .hdr file");
+        return;
+      }
+      if (map.width != 2 * map.height) {
         Add(Severity::kWarning,
             file,
             fmt::format("is {}x{} pixels; a latitude-longitude map is twice as wide as high",
-                        map.radiance.width,
-                        map.radiance.height),
+                        map.width,
+                        map.height),
             "Check that it is a latitude-longitude map of the whole sphere");
+      }
+      const std::vector<float>& values = map.image.data;
+      const auto bad = std::count_if(
+          values.begin(), values.end(), [](float value) { return !std::isfinite(value); });
+      if (bad > 0) {
+        Add(Severity::kError,
+            file,
+            fmt::format("{:.3g} % of its values are not finite numbers",
+                        100.0 * static_cast<double>(bad) / static_cast<double>(values.size())),
+            "Find out what wrote NaN or infinity there; no light is 0");
       }
     } catch (const std::exception& error) {
       Add(Severity::kError, file, WithoutFile(error.what(), file), "Put the environment there");
@@ -214,6 +247,16 @@ class Checker {
                         sequence.first + sequence.count),
             "Mend first and count, or copy the whole video");
         return;
+      }
+      const int more = info.frames - sequence.first - sequence.count;
+      if (more > 0) {
+        Add(Severity::kWarning,
+            file,
+            fmt::format("{} more frames are there, after first = {} and count = {}",
+                        more,
+                        sequence.first,
+                        sequence.count),
+            "Mend count, if those belong to the sequence");
       }
       jobs_.push_back({s, c, 0, Use::kFrame, file, true});
     } catch (const std::exception& error) {
@@ -378,7 +421,7 @@ CheckReport CheckCapture(const std::filesystem::path& folder, const ProgressFn& 
   report.capture = std::move(manifest.capture);
   report.items = std::move(manifest.items);
   try {
-    internal::CheckRig(report);
+    internal::CheckRig(manifest.good_cameras, manifest.good_lights, report);
     Checker(report, progress).Run();
   } catch (const std::exception& error) {
     // Such as a folder that can't be listed, or memory that runs out.

@@ -192,6 +192,28 @@ TEST_F(Check, EnvironmentMissing) {
   ExpectItem("sky.exr", "no such file");
 }
 
+TEST_F(Check, EnvironmentWithoutNumbers) {
+  ImageF sky(16, 8, 3, 0.5F);
+  sky.At(3, 3, 1) = std::numeric_limits<float>::quiet_NaN();
+  sky.At(4, 3, 1) = std::numeric_limits<float>::infinity();
+  WriteExr(folder_ / "sky.exr", sky, {}, ExrType::kFloat);
+  ExpectItem("sky.exr", "0.521 % of its values are not finite");
+}
+
+TEST_F(Check, ReflectanceWithoutLamps) {
+  Res()["lights"] = Json::array();
+  ExpectItem("capture.json", "\"res\" names neither lights nor", Severity::kWarning);
+  Res().erase("lights");
+  Res()["frame_lights"] = {Json::array(), Json::array(), Json::array()};
+  ExpectItem("capture.json", "\"res\" names neither lights nor", Severity::kWarning);
+  Res().erase("frame_lights");
+  Res()["environment"] = {{"file", "sky.exr"}};
+  ExpectItem("capture.json", "\"reflectance\" and lit by an environment", Severity::kWarning);
+  Res()["kind"] = "validation";
+  ExpectItem("capture.json", "no sequence is of kind \"reflectance\"", Severity::kWarning);
+  EXPECT_EQ(Run().items[0].mend, "Without one it can be tracked, and no more");
+}
+
 TEST_F(Check, NotFinite) {
   ImageF image(24, 16, 3, 0.5F);
   image.At(3, 3, 1) = std::numeric_limits<float>::quiet_NaN();
@@ -223,6 +245,10 @@ TEST_F(Check, Videos) {
   EXPECT_THAT(report.items, IsEmpty()) << FormatCheckReport(report);
   EXPECT_EQ(report.sequences[0].pictures, 6);
   EXPECT_NEAR(report.sequences[0].exposure, 140.0 / 255, 0.02);
+  Res()["count"] = 2;
+  EXPECT_THAT(Run().items.at(0).what, HasSubstr("1 more frames are there"));
+  EXPECT_EQ(Run().items.at(0).severity, Severity::kWarning);
+  Res()["count"] = 3;
   Res()["first"] = 2;
   EXPECT_THAT(Run().items.at(0).what, HasSubstr("has 4 frames; first = 2 and count = 3 need 5"));
   Res()["first"] = 1;
@@ -260,6 +286,26 @@ TEST_F(Check, LightsAndCamerasInsideThePerson) {
   EXPECT_THAT(Run().items, IsEmpty());
   manifest_["lights"][0]["direction"] = {1, 0, 0};
   ExpectItem("capture.json", "the cone of key misses the person", Severity::kWarning);
+}
+
+// One bad entry does not hide what is wrong with the others.
+TEST_F(Check, AllMistakesAtOnce) {
+  manifest_["cameras"].push_back(CameraJson("cam2", 2));
+  manifest_["cameras"][2]["rotation"][0] = 1.9;
+  manifest_["cameras"][2]["hold_out"] = true;
+  manifest_["lights"][1]["position"] = {0.2, 0.3, 1.5};
+  manifest_["lights"][0]["intensity"] = "bright";
+  manifest_["fsp"] = 25;
+  const CheckReport report = Run();
+  EXPECT_LT((report.centre - Vec3d(0, 0, 1)).norm(), 1e-9);
+  const std::string text = FormatCheckReport(report);
+  for (const char* words : {"is no rotation",
+                            "cam2).hold_out is no known key",
+                            "the light fill is inside the person",
+                            "intensity is \"bright\"",
+                            "fsp is no known key"}) {
+    EXPECT_THAT(text, HasSubstr(words));
+  }
 }
 
 TEST_F(Check, UnitsAndCopies) {

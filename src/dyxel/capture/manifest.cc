@@ -327,20 +327,22 @@ class SequenceReader {
   std::vector<std::string> light_names_;
 };
 
-// Reads list `key` of the manifest: `read(fields, element)` for each.
+// Reads list `key` of the manifest: `read(fields, element)` for each. Which elements have no error.
 template <class T, class Read>
-void ReadList(
+std::vector<bool> ReadList(
     Fields& root, const std::string& key, bool required, std::vector<T>& target, Read&& read) {
+  std::vector<bool> good;
   const Json* list = root.Find(key, required);
-  if (list == nullptr) return;
+  if (list == nullptr) return good;
   if (!list->is_array() || list->size() > 1000) {
     root.Fail(fmt::format("{} is {}, not a list of at most 1000", key, Describe(*list)),
               "Write objects in brackets");
-    return;
+    return good;
   }
   if (required && list->empty()) root.Fail(key + " is empty", "Describe at least one");
   std::map<std::string, int> seen;
   for (std::size_t i = 0; i < list->size(); ++i) {
+    const auto before = static_cast<std::ptrdiff_t>(root.items().size());
     Fields fields(root.items(), (*list)[i], fmt::format("{}[{}]", key, i));
     T element;
     if (fields.Text("name", element.name, true)) {
@@ -350,7 +352,12 @@ void ReadList(
     read(fields, element);
     fields.ReportUnknown();
     target.push_back(std::move(element));
+    good.push_back(
+        std::none_of(root.items().begin() + before, root.items().end(), [](const CheckItem& item) {
+          return item.severity == Severity::kError;
+        }));
   }
+  return good;
 }
 
 void ReadRoot(const Json& json, Manifest& manifest) {
@@ -378,11 +385,12 @@ void ReadRoot(const Json& json, Manifest& manifest) {
       capture.up = ToVector(up) / length;
     }
   }
-  ReadList(root, "cameras", true, capture.cameras, ReadCamera);
-  ReadList(root, "lights", false, capture.lights, ReadLight);
-  ReadList(root, "sequences", true, capture.sequences, [&](Fields& fields, Sequence& sequence) {
-    SequenceReader(capture, fields, sequence).Read();
-  });
+  manifest.good_cameras = ReadList(root, "cameras", true, capture.cameras, ReadCamera);
+  manifest.good_lights = ReadList(root, "lights", false, capture.lights, ReadLight);
+  (void)ReadList(
+      root, "sequences", true, capture.sequences, [&](Fields& fields, Sequence& sequence) {
+        SequenceReader(capture, fields, sequence).Read();
+      });
   root.ReportUnknown();
 }
 

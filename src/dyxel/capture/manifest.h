@@ -23,6 +23,9 @@ struct CheckItem {
 struct Manifest {
   Capture capture;  // what could be read; only to be used where no item is an error
   std::vector<CheckItem> items;
+  // Of the capture's cameras and lights: whether no item about the entry itself is an error.
+  std::vector<bool> good_cameras;
+  std::vector<bool> good_lights;
 };
 
 // Reads FOLDER/capture.json (FOLDER may also be the manifest itself) and lists all that is wrong in

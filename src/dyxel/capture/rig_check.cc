@@ -109,17 +109,22 @@ bool MeetingPoint(const std::vector<Camera>& cameras, Vec3d& point) {
   return point.allFinite();
 }
 
-void CheckRig(CheckReport& report) {
+void CheckRig(const std::vector<bool>& good_cameras,
+              const std::vector<bool>& good_lights,
+              CheckReport& report) {
   const Capture& capture = report.capture;
   if (capture.cameras.empty()) return;
   // A bad rotation is an item already, and its axis would spoil the point.
-  const bool manifest_is_good = report.Count(Severity::kError) == 0;
+  std::vector<Camera> cameras;
+  for (std::size_t i = 0; i < capture.cameras.size(); ++i) {
+    if (good_cameras[i]) cameras.push_back(capture.cameras[i]);
+  }
   Vec3d point = Vec3d::Constant(std::numeric_limits<double>::quiet_NaN());
-  const bool has_centre = manifest_is_good && MeetingPoint(capture.cameras, point);
+  const bool has_centre = MeetingPoint(cameras, point);
   report.centre = point;
   if (has_centre) {
     std::vector<double> distances;
-    for (const Camera& camera : capture.cameras) {
+    for (const Camera& camera : cameras) {
       distances.push_back((camera.Center() - point).norm());
     }
     const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
@@ -130,8 +135,10 @@ void CheckRig(CheckReport& report) {
            "Translations are in metres, not millimetres");
     }
   }
-  for (const Camera& camera : capture.cameras) CheckCamera(report, camera, has_centre);
-  for (const Light& light : capture.lights) CheckLight(report, light, has_centre);
+  for (const Camera& camera : cameras) CheckCamera(report, camera, has_centre);
+  for (std::size_t i = 0; i < capture.lights.size(); ++i) {
+    if (good_lights[i]) CheckLight(report, capture.lights[i], has_centre);
+  }
   const std::size_t estimation = capture.EstimationCameras().size();
   if (estimation < 2) {
     Warn(report,
@@ -140,16 +147,16 @@ void CheckRig(CheckReport& report) {
          "A body needs at least two (holdout: false); six or more all around are good");
   }
   // The same place twice is a copied entry.
-  for (std::size_t i = 0; i < capture.cameras.size(); ++i) {
-    for (std::size_t j = i + 1; j < capture.cameras.size(); ++j) {
-      const Rigid& a = capture.cameras[i].cam_from_world;
-      const Rigid& b = capture.cameras[j].cam_from_world;
-      if (manifest_is_good && (a.rotation - b.rotation).norm() < 1e-9 &&
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    for (std::size_t j = i + 1; j < cameras.size(); ++j) {
+      const Rigid& a = cameras[i].cam_from_world;
+      const Rigid& b = cameras[j].cam_from_world;
+      if ((a.rotation - b.rotation).norm() < 1e-9 &&
           (a.translation - b.translation).norm() < 1e-9) {
         Warn(report,
              fmt::format("cameras {} and {} stand at the same place and look the same way",
-                         capture.cameras[i].name,
-                         capture.cameras[j].name),
+                         cameras[i].name,
+                         cameras[j].name),
              "Check that one is not a copy of the other");
       }
     }
@@ -161,7 +168,7 @@ void CheckRig(CheckReport& report) {
   if (!has_res && !capture.sequences.empty()) {
     Warn(report,
          "no sequence is of kind \"reflectance\"",
-         "Without one, reflectance must come from another take (--reflectance)");
+         "Without one it can be tracked, and no more");
   }
 }
 

@@ -5,7 +5,9 @@
 
 namespace dyxel::internal {
 
-// Fills report.centre and adds items.
-void CheckRig(CheckReport& report);
+// Fills report.centre, of the cameras whose own entry is good, and adds items about good entries.
+void CheckRig(const std::vector<bool>& good_cameras,
+              const std::vector<bool>& good_lights,
+              CheckReport& report);
 
 }  // namespace dyxel::internal

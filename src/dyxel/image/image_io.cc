@@ -71,10 +71,13 @@ StoredPicture ReadPicture(const std::filesystem::path& path,
     picture.white_level = png.bits == 16 ? 65535 : 255;
     take(png.image);
   } else if (extension == ".tif" || extension == ".tiff") {
-    const TiffImage tiff = ReadTiff(path);
+    const TiffImage tiff = ReadTiff(path, window);
     picture.is_float = tiff.is_float;
     picture.white_level = tiff.is_float ? 1 : tiff.bits == 16 ? 65535 : 255;
-    take(tiff.image);
+    picture.window = tiff.window;
+    picture.width = tiff.width;
+    picture.height = tiff.height;
+    picture.image = Colours(tiff.image, {0, 0, tiff.window.width, tiff.window.height});
   } else if (extension == ".hdr") {
     picture.is_float = true;
     take(ReadRgbe(path));

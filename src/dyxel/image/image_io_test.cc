@@ -16,6 +16,7 @@
 
 #include "dyxel/base/atomic_file.h"
 #include "dyxel/base/error.h"
+#include "dyxel/image/sampling.h"
 
 namespace dyxel {
 namespace {
@@ -242,7 +243,8 @@ void WriteTiff(const std::filesystem::path& path,
                int bits,
                bool is_float,
                bool planes,
-               bool tiles) {
+               bool tiles,
+               int strip = 1) {
   TIFF* tiff = TIFFOpen(path.c_str(), "w");
   TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, image.width);
   TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, image.height);
@@ -259,7 +261,7 @@ void WriteTiff(const std::filesystem::path& path,
     TIFFSetField(tiff, TIFFTAG_TILEWIDTH, block_width);
     TIFFSetField(tiff, TIFFTAG_TILELENGTH, block_height);
   } else {
-    TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 1);
+    TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, strip);
   }
   const int step = planes ? 1 : image.channels;
   for (int plane = 0; plane < (planes ? image.channels : 1); ++plane) {
@@ -312,12 +314,41 @@ TEST_F(ImageIo, TiffOfEveryLayout) {
           EXPECT_EQ(read.bits, bits);
           EXPECT_EQ(read.is_float, bits == 32);
           EXPECT_EQ(read.image.data, image.data) << bits << channels << planes << tiles;
+          for (const int strip : {1, 4, 21}) {
+            WriteTiff(folder_ / "a.tif", image, bits, bits == 32, planes, tiles, strip);
+            for (const Rect& window : {Rect{5, 3, 20, 11}, {-4, 17, 90, 90}, {40, 2, 5, 5}}) {
+              const StoredPicture part = ReadPicture(folder_ / "a.tif", window);
+              EXPECT_EQ(part.width, 37);
+              EXPECT_EQ(part.window, Intersect(window, {0, 0, 37, 21}));
+              for (int y = 0; y < part.image.height; ++y) {
+                for (int x = 0; x < part.image.width; ++x) {
+                  ASSERT_EQ(part.image.At(x, y, 2),
+                            image.At(x + part.window.x, y + part.window.y, channels - 1));
+                }
+              }
+            }
+          }
         }
       }
     }
   }
   Truncate(folder_ / "a.tif", 0.4);
   EXPECT_THAT(MessageOf([&] { (void)ReadTiff(folder_ / "a.tif"); }), HasSubstr("a.tif"));
+}
+
+// What lies outside the window is not decoded: damage there does no harm.
+TEST_F(ImageIo, TiffDecodesTheWindowOnly) {
+  ImageF image(64, 64, 3);
+  for (std::size_t i = 0; i < image.data.size(); ++i) image.data[i] = static_cast<float>(i % 251);
+  for (const bool tiles : {false, true}) {
+    WriteTiff(folder_ / "a.tif", image, 16, false, false, tiles, 8);
+    std::string bytes = ReadFile(folder_ / "a.tif");
+    std::fill_n(bytes.begin() + 8, 64, '\xff');  // in the first strip or tile
+    WriteFile(folder_ / "a.tif", bytes);
+    EXPECT_THAT(MessageOf([&] { (void)ReadPicture(folder_ / "a.tif"); }), HasSubstr("damaged"));
+    const StoredPicture part = ReadPicture(folder_ / "a.tif", Rect{20, 18, 30, 40});
+    EXPECT_EQ(part.image.data, Crop(image, {20, 18, 30, 40}).data);
+  }
 }
 
 TEST_F(ImageIo, RgbeFlatAndPacked) {

@@ -44,7 +44,8 @@ float Value(const unsigned char* source, int bits, bool is_float) {
 
 }  // namespace
 
-TiffImage ReadTiff(const std::filesystem::path& path) {
+TiffImage ReadTiff(const std::filesystem::path& path,
+                   const std::function<Rect(int width, int height)>& window) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
     throw FileError(path, "there is no such file", "Check the name and the folder");
@@ -96,18 +97,33 @@ TiffImage ReadTiff(const std::filesystem::path& path) {
   TiffImage result;
   result.bits = bits;
   result.is_float = is_float;
-  result.image = ImageF(static_cast<int>(width), static_cast<int>(height), channels);
+  result.width = static_cast<int>(width);
+  result.height = static_cast<int>(height);
+  const Rect all{0, 0, result.width, result.height};
+  result.window = window ? Intersect(window(result.width, result.height), all) : all;
+  result.image = ImageF(result.window.width, result.window.height, channels);
+  if (result.image.empty()) return result;
+  const auto left = static_cast<std::uint32_t>(result.window.x);
+  const auto top = static_cast<std::uint32_t>(result.window.y);
+  const auto right = left + static_cast<std::uint32_t>(result.window.width);
+  const auto bottom = top + static_cast<std::uint32_t>(result.window.height);
   const bool planes = planar == PLANARCONFIG_SEPARATE && channels > 1;
   const std::size_t sample_bytes = bits / 8U;
   const std::size_t step = planes ? 1 : channels;  // samples a pixel in a block
-  // Copies a row of `count` pixels at (x, y), of one plane or interleaved.
+  // Copies what lies in the window of a row of `count` pixels at (x, y), of one plane or
+  // interleaved.
   const auto copy_row = [&](const unsigned char* source,
                             std::uint32_t x,
                             std::uint32_t y,
                             std::uint32_t count,
                             std::uint16_t plane) {
-    float* target = &result.image.At(static_cast<int>(x), static_cast<int>(y), plane);
-    for (std::size_t i = 0; i < count; ++i) {
+    const std::uint32_t begin = std::max(x, left);
+    const std::uint32_t end = std::min(x + count, right);
+    if (begin >= end) return;
+    source += (begin - x) * step * sample_bytes;
+    float* target =
+        &result.image.At(static_cast<int>(begin - left), static_cast<int>(y - top), plane);
+    for (std::size_t i = 0; i < end - begin; ++i) {
       for (std::size_t c = 0; c < step; ++c) {
         target[i * channels + c] = Value(source + (i * step + c) * sample_bytes, bits, is_float);
       }
@@ -128,13 +144,14 @@ TiffImage ReadTiff(const std::filesystem::path& path) {
     }
     std::vector<unsigned char> tile(tile_bytes);
     for (std::uint16_t plane = 0; plane < num_planes; ++plane) {
-      for (std::uint32_t y = 0; y < height; y += tile_height) {
-        for (std::uint32_t x = 0; x < width; x += tile_width) {
+      for (std::uint32_t y = top - top % tile_height; y < bottom; y += tile_height) {
+        for (std::uint32_t x = left - left % tile_width; x < right; x += tile_width) {
           if (TIFFReadTile(tiff.get(), tile.data(), x, y, 0, plane) < 0) {
             throw fail("is damaged or incomplete");
           }
-          for (std::uint32_t row = 0; row < std::min(tile_height, height - y); ++row) {
-            copy_row(&tile[row * row_bytes], x, y + row, std::min(tile_width, width - x), plane);
+          const std::uint32_t last = std::min(y + tile_height, bottom);
+          for (std::uint32_t row = std::max(y, top); row < last; ++row) {
+            copy_row(&tile[(row - y) * row_bytes], x, row, tile_width, plane);
           }
         }
       }
@@ -143,13 +160,17 @@ TiffImage ReadTiff(const std::filesystem::path& path) {
   }
   const auto row_bytes = static_cast<std::size_t>(TIFFScanlineSize(tiff.get()));
   if (row_bytes < width * step * sample_bytes) throw fail("its lines have an impossible size");
+  // A strip can be entered at its first row only: packed rows build on those before.
+  std::uint32_t strip_height = height;
+  TIFFGetFieldDefaulted(tiff.get(), TIFFTAG_ROWSPERSTRIP, &strip_height);
+  if (strip_height == 0) throw fail("its strips have an impossible size");
   std::vector<unsigned char> row(row_bytes);
   for (std::uint16_t plane = 0; plane < num_planes; ++plane) {
-    for (std::uint32_t y = 0; y < height; ++y) {
+    for (std::uint32_t y = top - top % strip_height; y < bottom; ++y) {
       if (TIFFReadScanline(tiff.get(), row.data(), y, plane) < 0) {
         throw fail("is damaged or incomplete");
       }
-      copy_row(row.data(), 0, y, width, plane);
+      if (y >= top) copy_row(row.data(), 0, y, width, plane);
     }
   }
   return result;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+#include <string>
 
 #include "dyxel/base/error.h"
 #include "dyxel/base/parallel.h"
@@ -16,8 +17,7 @@
 namespace dyxel {
 namespace {
 
-constexpr int kGutter = 3;  // texels between charts
-constexpr int kPackingTrials = 300;
+constexpr int kMostTrials = 300;      // of the packing: with many charts a step takes long
 constexpr double kMeanEnergy = 1.15;  // a chart with more distortion is cut (1: an isometry)
 constexpr double kHighEnergy = 3;
 constexpr double kBulky = 0.01;    // share of the texture from which a chart must also pack well:
@@ -186,7 +186,8 @@ std::vector<Chart> CutCharts(std::span<const Vec3f> positions,
                              std::span<const Triangle> triangles,
                              std::span<const std::array<int, 3>> opposite,
                              double texels_per_metre,
-                             double area) {
+                             double area,
+                             bool divide) {
   std::vector<int> all(triangles.size());
   std::iota(all.begin(), all.end(), 0);
   std::vector<std::vector<int>> open =
@@ -215,7 +216,7 @@ std::vector<Chart> CutCharts(std::span<const Vec3f> positions,
                      flat.high_energy < kHighEnergy && CountOverlap(chart, texels_per_metre) == 0;
       }
       bool bulky = false;
-      if (chart.good) {
+      if (divide && chart.good) {
         double own_area = 0;
         for (const int f : chart.faces) own_area += SurfaceArea(positions, {&triangles[At(f)], 1});
         bulky = own_area > kBulky * area && BoxShare(chart) < kBoxShare;
@@ -241,6 +242,18 @@ std::vector<Chart> CutCharts(std::span<const Vec3f> positions,
 }
 
 }  // namespace
+
+std::vector<Vec2f> ReadPlyTextureCoordinates(const std::filesystem::path& path) {
+  const std::vector<std::string> pairs[] = {{"s", "t"}, {"u", "v"}, {"texture_u", "texture_v"}};
+  for (const std::vector<std::string>& names : pairs) {
+    const std::vector<std::vector<float>> values = ReadPlyVertexProperties(path, names);
+    if (values.empty()) continue;
+    std::vector<Vec2f> uv(values[0].size());
+    for (std::size_t v = 0; v < uv.size(); ++v) uv[v] = {values[0][v], 1 - values[1][v]};
+    return uv;
+  }
+  return {};
+}
 
 bool IsUsableParameterization(std::span<const Vec3f> positions,
                               std::span<const Triangle> triangles,
@@ -277,7 +290,9 @@ bool IsUsableParameterization(std::span<const Vec3f> positions,
 Atlas MakeGivenAtlas(std::span<const Vec3f> positions,
                      std::span<const Triangle> triangles,
                      std::span<const Vec2f> uv,
-                     int size) {
+                     const AtlasOptions& options) {
+  CheckOptions("atlas", options);
+  const int size = options.size;
   Atlas atlas;
   atlas.size = size;
   if (!uv.empty() && IsUsableParameterization(positions, triangles, uv, size)) {
@@ -301,10 +316,12 @@ Atlas MakeGivenAtlas(std::span<const Vec3f> positions,
     }
   }
   const double scale = size * std::sqrt(0.6 / area);
-  std::vector<Chart> charts = CutCharts(positions, triangles, opposite, scale, area);
+  std::vector<Chart> charts =
+      CutCharts(positions, triangles, opposite, scale, area, options.divide);
   std::vector<std::vector<Vec2d>> borders;
   for (const Chart& chart : charts) borders.push_back(OuterBorder(chart));
-  const internal::Packing packing = internal::PackCharts(borders, size, kGutter, kPackingTrials);
+  const internal::Packing packing = internal::PackCharts(
+      borders, size, options.gutter, std::min(options.packing_trials, kMostTrials));
 
   atlas.triangles.resize(triangles.size());
   for (std::size_t i = 0; i < charts.size(); ++i) {

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <string>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
+#include "dyxel/base/atomic_file.h"
 #include "dyxel/base/error.h"
 #include "dyxel/mesh/test_meshes.h"
 #include "dyxel/mesh/texel_grid.h"
@@ -35,7 +39,7 @@ TriangleMesh Wardrobe() {
 TEST(MakeGivenAtlasTest, OpenPiecesBecomeFlatChartsOfOneScaleWithGutters) {
   const TriangleMesh mesh = Wardrobe();
   const int size = 512;
-  const Atlas atlas = MakeGivenAtlas(mesh.positions, mesh.triangles, {}, size);
+  const Atlas atlas = MakeGivenAtlas(mesh.positions, mesh.triangles, {}, {.size = size});
   ASSERT_EQ(atlas.triangles.size(), mesh.triangles.size());
   EXPECT_TRUE(atlas.uv_ii.empty());
   double area = 0;
@@ -98,7 +102,7 @@ TEST(MakeGivenAtlasTest, KeepsUsableCoordinatesAndReplacesOthers) {
   std::vector<Vec2f> uv;
   for (const Vec3f& x : square.positions)
     uv.emplace_back(0.5F + 0.25F * x.x(), 0.5F - 0.25F * x.y());
-  const Atlas kept = MakeGivenAtlas(square.positions, square.triangles, uv, 128);
+  const Atlas kept = MakeGivenAtlas(square.positions, square.triangles, uv, {.size = 128});
   EXPECT_EQ(kept.uv_i, uv);
   EXPECT_EQ(kept.triangles, square.triangles);
 
@@ -108,11 +112,74 @@ TEST(MakeGivenAtlasTest, KeepsUsableCoordinatesAndReplacesOthers) {
   std::vector<Vec2f> outside = uv;
   outside[3].x() = 1.2F;
   EXPECT_FALSE(IsUsableParameterization(square.positions, square.triangles, outside, 128));
-  const Atlas made = MakeGivenAtlas(square.positions, square.triangles, folded, 128);
+  const Atlas made = MakeGivenAtlas(square.positions, square.triangles, folded, {.size = 128});
   const AtlasQuality quality = MeasureAtlas(square.positions, made, made.uv_i);
   EXPECT_EQ(quality.flips + quality.overlap, 0);
   EXPECT_NEAR(quality.stretch_l2, 1, 1e-3);  // a plane
   EXPECT_GT(quality.fill, 0.8);
+}
+
+TEST(MakeGivenAtlasTest, OptionsOfTheAtlasHold) {
+  const TriangleMesh mesh = Wardrobe();
+  const auto closest = [&](const Atlas& atlas) {  // texels between two charts, up to 12
+    const TexelGrid grid = MakeTexelGrid(atlas);
+    const std::vector<int> chart = ChartOfTriangles(atlas);
+    int least = 12;
+    for (const int pixel : grid.pixel) {
+      const int x = pixel % atlas.size;
+      const int y = pixel / atlas.size;
+      const auto own = static_cast<std::size_t>(grid.texel_at[static_cast<std::size_t>(pixel)]);
+      for (int j = 0; j < least && y + j < atlas.size; ++j) {
+        for (int i = -least + 1; i < least; ++i) {
+          if (x + i < 0 || x + i >= atlas.size) continue;
+          const int other = grid.texel_at[static_cast<std::size_t>((y + j) * atlas.size + x + i)];
+          if (other < 0 ||
+              chart[static_cast<std::size_t>(grid.triangle[static_cast<std::size_t>(other)])] ==
+                  chart[static_cast<std::size_t>(grid.triangle[own])]) {
+            continue;
+          }
+          least = std::min(least, std::max(j, std::abs(i)));
+        }
+      }
+    }
+    return least;
+  };
+  const auto make = [&](const AtlasOptions& options) {
+    return MakeGivenAtlas(mesh.positions, mesh.triangles, {}, options);
+  };
+  const auto charts = [](const Atlas& atlas) {
+    const std::vector<int> chart = ChartOfTriangles(atlas);
+    return *std::max_element(chart.begin(), chart.end()) + 1;
+  };
+  const Atlas narrow = make({.size = 256, .gutter = 3, .packing_trials = 0});
+  const Atlas wide = make({.size = 256, .gutter = 10, .packing_trials = 0});
+  EXPECT_LT(closest(narrow), 10);
+  EXPECT_GE(closest(narrow), 3);
+  EXPECT_GE(closest(wide), 10);
+  EXPECT_LE(charts(make({.size = 256, .divide = false, .packing_trials = 0})), charts(narrow));
+  EXPECT_THROW(static_cast<void>(make({.size = 8})), Error);
+}
+
+TEST(ReadPlyTextureCoordinatesTest, OfAnyNameTurnedOver) {
+  const std::filesystem::path path =
+      std::filesystem::temp_directory_path() / ("dyxel_uv_" + std::to_string(::getpid()) + ".ply");
+  const auto write = [&](const std::string& first, const std::string& second) {
+    WriteFile(path,
+              "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+              "property float z\nproperty float " +
+                  second + "\nproperty float " + first +
+                  "\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                  "0 0 0 0.25 0\n1 0 0 0.25 1\n0 1 0 1 0.5\n3 0 1 2\n");
+    return ReadPlyTextureCoordinates(path);
+  };
+  const std::vector<Vec2f> expected = {{0, 0.75F}, {1, 0.75F}, {0.5F, 0}};
+  EXPECT_EQ(write("s", "t"), expected);
+  EXPECT_EQ(write("u", "v"), expected);
+  EXPECT_EQ(write("texture_u", "texture_v"), expected);
+  EXPECT_TRUE(write("s", "v").empty());
+  WritePly(path, MakeSquare(0, 1, 2));
+  EXPECT_TRUE(ReadPlyTextureCoordinates(path).empty());
+  std::filesystem::remove(path);
 }
 
 TEST(MakeGivenAtlasTest, SurfaceWithoutAreaIsAnError) {

@@ -12,8 +12,8 @@
 namespace dyxel::internal {
 namespace {
 
-// Where the maps start. A square's border makes II stiff, and worth a larger system.
-constexpr int kCoarsestFree = 300, kCoarsestSquare = 800;
+// Vertices of the disk on which the maps start.
+constexpr int kCoarsest = 800;
 
 // Triangles around each vertex, as ranges of one array; a corner is 3·triangle + corner.
 struct Fans {
@@ -220,7 +220,7 @@ FreeMap FlattenFree(std::span<const Vec3f> positions,
   }
   const std::vector<char> kept(positions.size(), 0);
   DiskHierarchy hierarchy(
-      disk.positions, {triangles.begin(), triangles.end()}, disk.border, kept, kCoarsestSquare);
+      disk.positions, {triangles.begin(), triangles.end()}, disk.border, kept, kCoarsest);
   const Freedom freedom(positions.size(), 3);
   {
     const DiskHierarchy::Level level = hierarchy.Current();
@@ -287,7 +287,7 @@ std::vector<Vec2d> FlattenToSquare(std::span<const Vec3f> positions,
     kept[disk.border[from]] = 1;
   }
   DiskHierarchy hierarchy(
-      disk.positions, {triangles.begin(), triangles.end()}, disk.border, kept, kCoarsestSquare);
+      disk.positions, {triangles.begin(), triangles.end()}, disk.border, kept, kCoarsest);
   {
     const DiskHierarchy::Level level = hierarchy.Current();
     FlatMesh flat{level.triangles, level.rest, {}};

@@ -97,7 +97,7 @@ std::vector<Picture> ReadCrops(const Capture& capture,
   ParallelFor(cameras.size(), [&](std::size_t i) {
     const Rect crop = CropAround(capture.cameras[static_cast<std::size_t>(cameras[i])], positions);
     if (crop.width == 0 || !HasFrame(capture, sequence, cameras[i], frame)) return;
-    pictures[i] = ReadFrame(capture, sequence, cameras[i], frame, crop);
+    pictures[i] = ReadFrame(capture, sequence, cameras[i], frame, crop, Clipped::kNoValue);
   });
   return pictures;
 }

@@ -195,9 +195,11 @@ std::vector<Unit> AtlasUnits(const Job& job) {
     const AtlasOptions& atlas_options = job.project().options.atlas;
     if (given) {
       const TriangleMesh mesh = ReadPly(mesh_file);
-      WriteAtlas(job.workspace->AtlasFolder(),
-                 mesh.positions,
-                 MakeGivenAtlas(mesh.positions, mesh.triangles, {}, atlas_options.size));
+      WriteAtlas(
+          job.workspace->AtlasFolder(),
+          mesh.positions,
+          MakeGivenAtlas(
+              mesh.positions, mesh.triangles, ReadPlyTextureCoordinates(mesh_file), atlas_options));
     } else {
       const TriangleMesh& skin = job.workspace->actor().skin;
       WriteAtlas(job.workspace->AtlasFolder(),
@@ -220,7 +222,8 @@ std::vector<Unit> TextureUnits(const Job& job) {
   wanted.insert(job.dynamic.begin(), job.dynamic.end());
   const Capture& capture = job.project().capture;
   for (const Sequence* sequence : AllSequences(job)) {
-    if (wanted.count(sequence->name) == 0 || !IsLit(*sequence)) continue;
+    // Nothing is fitted to what an environment lights.
+    if (wanted.count(sequence->name) == 0 || !IsLit(*sequence) || sequence->environment) continue;
     for (int frame = 0; frame < sequence->count; ++frame) {
       Unit unit;
       unit.stage = "textures";
@@ -236,10 +239,6 @@ std::vector<Unit> TextureUnits(const Job& job) {
       unit.run = [job, sequence, frame](const ProgressFn&) {
         const Project& project = job.project();
         const PosedSurface surface = job.workspace->Posed(sequence->name, frame);
-        std::vector<float> saturation;
-        for (const int camera : project.capture.EstimationCameras()) {
-          saturation.push_back(SaturationOf(project.capture, *sequence, camera));
-        }
         const MvvTextures textures =
             MakeMvvTextures(job.workspace->atlas(),
                             job.workspace->grid(),
@@ -247,7 +246,6 @@ std::vector<Unit> TextureUnits(const Job& job) {
                             EstimationCamerasOf(project.capture),
                             ReadCrops(project.capture, *sequence, frame, surface.positions),
                             project.capture.LightsOf(*sequence, frame),
-                            saturation,
                             project.options.textures);
         WriteMvvTextures(job.TextureFolder(*sequence, frame),
                          EstimationCameraNames(project.capture),

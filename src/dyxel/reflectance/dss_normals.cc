@@ -53,16 +53,17 @@ struct TexelReflectance {
   }
 };
 
-// What the texels say of the change of their slopes (x/z, y/z of the normal) from the starting
-// normal's: energy ½ (s − slope)ᵀ H (s −
-// slope), H weighted by confidence, 0 where nothing was seen.
+// What the texels say of the change s of their slopes (x/z, y/z of the normal) from the starting
+// normal's. To second order confidence · (R4) is (s − slope)ᵀ H (s − slope), H half of its Hessian;
+// H is 0 where nothing was seen.
 struct SlopeField {
   std::array<std::vector<float>, 2> slope;    // [axis][K]
   std::array<std::vector<float>, 3> hessian;  // [aa, ab, bb][K]
 };
 
-// Minimises Σ_x energy(s_x) + ½ coupling Σ_(x,y) |s_x − s_y|² over the seen texels, by Jacobi
-// rounds from the texels' own slopes. Neighbours' tangent frames are taken as parallel.
+// Minimises Σ_x (s_x − slope_x)ᵀ H_x (s_x − slope_x) + coupling Σ_(x,y) |s_x − s_y|² over the seen
+// texels (N2), by Jacobi rounds from the texels' own slopes. Neighbours' tangent frames are taken
+// as parallel: those across a seam, where they are not, are left out.
 void Couple(const TexelGraph& graph, float coupling, int rounds, SlopeField& field) {
   const std::size_t num_texels = field.slope[0].size();
   const std::array<std::vector<float>, 2> own = field.slope;
@@ -150,7 +151,7 @@ class Chunk {
     Workspace<Lanes> wide;
     Workspace<float> narrow;
     ForLanes(tile.texels, [&]<Real T>(int offset, T) {
-      if constexpr (kLaneCount < T >> 1) {
+      if constexpr (1 < kLaneCount<T>) {
         Fit<T>(tile, offset, wide);
       } else {
         Fit<T>(tile, offset, narrow);

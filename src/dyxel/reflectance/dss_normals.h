@@ -74,11 +74,11 @@ struct ChunkNormals {
 // The normals of one chunk, whose frames `source` holds (one frame or more): per texel the minimum
 // of (1 − β) E(n) + β Δ(n)^γ by Levenberg-Marquardt over two slopes, the reflectance fixed. Δ is
 // the angle to the model's normal, or with `toward_reference` to the reflectance's. Then the texels
-// are coupled: Σ_x E_x(n_x) to second order + coupling/2 Σ |c_x − c_y|² over neighbours, c_x
-// the change of the slopes. Texels
-// that no camera sees lit keep that normal. Loads every tile once, and a few twice, to learn the
-// noise. The result depends neither on exposure nor on the number of threads. Throws Error(kUsage)
-// where options are out of range, Error(kInput) where sizes disagree.
+// are coupled: Σ_x confidence_x E_x(n_x), with its penalty, to second order + coupling Σ |c_x −
+// c_y|² over neighbours within a chart, c_x the change of the slopes. Texels that no camera sees
+// lit keep that normal. Loads every tile once, and a few twice, to learn the noise. The result
+// depends neither on exposure nor on the number of threads. Throws Error(kUsage) where options are
+// out of range, Error(kInput) where sizes disagree.
 [[nodiscard]] ChunkNormals FitNormals(const DyxelSource& source,
                                       const TexelGraph& graph,
                                       const Reflectance& reflectance,

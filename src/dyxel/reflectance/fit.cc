@@ -108,7 +108,7 @@ FirstPass RunFirstPass(const DyxelSource& source,
     std::vector<Prediction<Lanes>> wide_predictions;
     std::vector<Prediction<float>> narrow_predictions;
     ForLanes(tile, [&]<Real T>(int offset, T) {
-      if constexpr (kLaneCount < T >> 1) {
+      if constexpr (1 < kLaneCount<T>) {
         LambertTexels<T>(tile, offset, errors, wide, wide_predictions, out);
       } else {
         LambertTexels<T>(tile, offset, errors, narrow, narrow_predictions, out);
@@ -236,7 +236,7 @@ class TexelPass {
 
   void Run(const DyxelTile& tile) {
     ForLanes(tile, [&]<Real T>(int offset, T) {
-      if constexpr (kLaneCount < T >> 1) {
+      if constexpr (1 < kLaneCount<T>) {
         Fit<T>(tile, offset, wide_);
       } else {
         Fit<T>(tile, offset, narrow_);

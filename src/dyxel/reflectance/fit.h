@@ -73,8 +73,9 @@ struct ReflectanceOptions {
 // eliminated; normals of the subset, minimising (A eq. 2)
 //   (1 − β) E(n) + β Δ(n)^γ,
 // E the mean robust squared error in units of the noise, and the specular parameters again; then
-// normal and diffuse of every texel. Texels that no trusted sample saw lit are filled from the
-// nearest of the graph, of whose material they become.
+// normal and diffuse of every texel. Texels that no trusted sample saw lit take the material of the
+// nearest sure one and the model's normal; their albedo, and that of unsure texels, is smoothed
+// within the material (fill.h).
 // Loads every tile twice. The result depends neither on exposure (radiance and irradiance scaled
 // alike) nor on the number of threads. Throws Error(kStage) where no texel has a lit sample,
 // Error(kUsage) for an unknown model or options out of range.

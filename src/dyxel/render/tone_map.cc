@@ -75,4 +75,31 @@ ImageU8 NormalsToDisplay(const ImageF& normals) {
   return out;
 }
 
+ImageU8 MaterialsToDisplay(const ImageF& materials) {
+  // Neighbours in the list differ in hue and lightness; none is as dark as the ground.
+  constexpr std::array<std::array<std::uint8_t, 3>, 12> kColours = {{{230, 159, 0},
+                                                                     {86, 180, 233},
+                                                                     {0, 158, 115},
+                                                                     {240, 228, 66},
+                                                                     {0, 114, 178},
+                                                                     {213, 94, 0},
+                                                                     {204, 121, 167},
+                                                                     {170, 170, 170},
+                                                                     {120, 94, 240},
+                                                                     {148, 203, 64},
+                                                                     {154, 85, 41},
+                                                                     {255, 190, 190}}};
+  ImageU8 out(materials.width, materials.height, 3);
+  for (int y = 0; y < materials.height; ++y) {
+    for (int x = 0; x < materials.width; ++x) {
+      const float* in = &materials.At(x, y);
+      if ((materials.channels == 4 && in[3] <= 0) || !(in[0] >= 0)) continue;
+      const auto index = static_cast<std::size_t>(std::lround(std::min(in[0], 1e6F)));
+      const auto& colour = kColours[index % kColours.size()];
+      std::copy(colour.begin(), colour.end(), &out.At(x, y));
+    }
+  }
+  return out;
+}
+
 }  // namespace dyxel

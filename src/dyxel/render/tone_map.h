@@ -18,4 +18,8 @@ namespace dyxel {
 // A normal pass for the eye: 0.5 + 0.5 n, over black where nothing is covered. [h][w][3].
 [[nodiscard]] ImageU8 NormalsToDisplay(const ImageF& normals);
 
+// A material pass for the eye: each index a colour of its own (of twelve, then again from the
+// first), over black where nothing is covered. [h][w][3].
+[[nodiscard]] ImageU8 MaterialsToDisplay(const ImageF& materials);
+
 }  // namespace dyxel

@@ -1,7 +1,9 @@
 #include "dyxel/render/tone_map.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
+#include <set>
 
 #include <gtest/gtest.h>
 
@@ -35,6 +37,22 @@ TEST(ToneMapTest, AlphaIsKeptStraightOrLaidOverABackground) {
   EXPECT_EQ(over.channels, 3);
   EXPECT_EQ(over.data[0], std::lround(255 * SrgbFromLinear(0.5F)));
   EXPECT_EQ(over.data[1], std::lround(255 * SrgbFromLinear(0.5F)));
+}
+
+TEST(ToneMapTest, MaterialsHaveColoursOfTheirOwn) {
+  ImageF picture(13, 1, 4);
+  for (int i = 0; i < 12; ++i) {
+    for (int c = 0; c < 3; ++c) picture.At(i, 0, c) = static_cast<float>(i);
+    picture.At(i, 0, 3) = i == 3 ? 0.25F : 1;  // an edge
+  }
+  const ImageU8 out = MaterialsToDisplay(picture);
+  ASSERT_EQ(out.channels, 3);
+  std::set<std::array<int, 3>> colours;
+  for (int i = 0; i < 13; ++i) {
+    colours.insert({out.At(i, 0, 0), out.At(i, 0, 1), out.At(i, 0, 2)});
+  }
+  EXPECT_EQ(colours.size(), 13U);
+  EXPECT_EQ(out.At(12, 0, 0) + out.At(12, 0, 1) + out.At(12, 0, 2), 0);  // the ground
 }
 
 }  // namespace

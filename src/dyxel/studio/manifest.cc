@@ -44,6 +44,25 @@ int FrameCount(const StudioSequence& sequence) {
                                       : static_cast<int>(sequence.source_frames.size());
 }
 
+Json LightEntry(const Light& light) {
+  if (light.type == LightType::kDirectional) {
+    return {{"name", light.name},
+            {"type", "directional"},
+            {"direction", List(light.direction)},
+            {"irradiance", ColorList(light.irradiance)}};
+  }
+  Json entry = {{"name", light.name},
+                {"type", light.type == LightType::kSpot ? "spot" : "point"},
+                {"position", List(light.position)}};
+  if (light.type == LightType::kSpot) entry["direction"] = List(light.direction);
+  entry["intensity"] = ColorList(light.intensity);
+  if (light.type == LightType::kSpot) {
+    entry["cone_inner"] = light.cone_inner;
+    entry["cone_outer"] = light.cone_outer;
+  }
+  return entry;
+}
+
 }  // namespace
 
 std::vector<Camera> MakeCameras(const StudioPreset& preset) {
@@ -134,13 +153,7 @@ void WriteManifest(const std::filesystem::path& folder,
                                {"holdout", c.holdout}});
   }
   for (const Light& light : preset.lights) {
-    root["lights"].push_back({{"name", light.name},
-                              {"type", "spot"},
-                              {"position", List(light.position)},
-                              {"direction", List(light.direction)},
-                              {"intensity", ColorList(light.intensity)},
-                              {"cone_inner", light.cone_inner},
-                              {"cone_outer", light.cone_outer}});
+    root["lights"].push_back(LightEntry(light));
   }
   const std::string extension = PictureExtension(preset);
   for (const StudioSequence& sequence : preset.sequences) {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "dyxel/base/parallel.h"
 #include "dyxel/studio/noise.h"
 
 namespace dyxel::studio {
@@ -154,76 +155,89 @@ StudioEnvironment::Sample StudioEnvironment::Draw(float u, float v) const {
           share / solid_angle};
 }
 
-ImageF MakeEnvironmentMap(int height) {
-  const int width = 2 * height;
-  ImageF map(width, height, 3);
-  // A box of a room seen from 1.2 m above its floor: half sizes and planes in metres.
+namespace {
+
+// A box of a room seen from 1.2 m above its floor: half sizes and planes in metres.
+Rgb RoomRadiance(const Vec3f& d) {
   constexpr float kHalfX = 5.0F;
   constexpr float kHalfY = 4.0F;
   constexpr float kCeiling = 2.6F;
   constexpr float kFloor = -1.2F;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const float azimuth =
-          (0.5F - (static_cast<float>(x) + 0.5F) / static_cast<float>(width)) * 2 * kPi;
-      const float elevation =
-          (0.5F - (static_cast<float>(y) + 0.5F) / static_cast<float>(height)) * kPi;
-      const Vec3f d(std::cos(elevation) * std::cos(azimuth),
-                    std::cos(elevation) * std::sin(azimuth),
-                    std::sin(elevation));
-      const float to_x = kHalfX / std::max(std::abs(d.x()), 1e-6F);
-      const float to_y = kHalfY / std::max(std::abs(d.y()), 1e-6F);
-      const float to_z = d.z() > 0 ? kCeiling / d.z() : kFloor / std::min(d.z(), -1e-6F);
-      const float t = std::min({to_x, to_y, to_z});
-      const Vec3f p = t * d;
-      const auto box = [](float value, float center, float half, float soft) {
-        return SmoothStep(half + soft, half - soft, std::abs(value - center));
-      };
-      Rgb c;
-      if (t == to_z && d.z() < 0) {  // planks
-        const float plank = std::floor(p.y() / 0.22F);
-        const float tone = 0.8F + 0.35F * HashUnit(static_cast<int>(plank), 3, 9) +
-                           0.10F * Noise(Vec3f(p.x() * 2.0F, p.y() * 25, plank));
-        const float gap = 1 - 0.4F * box(p.y() / 0.22F - plank, 0.0F, 0.03F, 0.02F);
-        c = Rgb(0.26F, 0.15F, 0.08F) * tone * gap;
-        // The window's light on the floor.
-        c +=
-            Rgb(0.55F, 0.52F, 0.48F) * box(p.x(), 1.6F, 1.1F, 0.25F) * box(p.y(), 0.3F, 1.3F, 0.3F);
-      } else if (t == to_z) {
-        c = Rgb(0.42F, 0.41F, 0.39F);
-        for (const float lamp : {-2.4F, 0.0F, 2.4F}) {
-          c += Rgb(9.0F, 7.8F, 6.0F) * box(p.x(), lamp, 0.35F, 0.06F) *
-               box(p.y(), -0.8F, 1.0F, 0.06F);
-        }
-      } else if (t == to_x && d.x() > 0) {  // a window front
-        c = Rgb(0.30F, 0.31F, 0.33F);
-        for (const float pane : {-2.1F, 0.0F, 2.1F}) {
-          const float open = box(p.y(), pane, 0.85F, 0.04F) * box(p.z(), 0.65F, 1.25F, 0.05F);
-          const float sky = SmoothStep(-0.6F, 1.4F, p.z());
-          c += open * (Rgb(2.2F, 3.0F, 4.3F) * sky + Rgb(1.3F, 1.5F, 1.0F) * (1 - sky));
-        }
-      } else if (t == to_x) {
-        const float brick = 0.85F + 0.18F * Noise(Vec3f(p.y() * 5, p.z() * 14, 2));
-        c = Rgb(0.30F, 0.13F, 0.09F) * brick;
-      } else {
-        const bool left = d.y() > 0;
-        c = left ? Rgb(0.46F, 0.40F, 0.30F) : Rgb(0.22F, 0.32F, 0.34F);
-        c *= 0.92F + 0.08F * Noise(Vec3f(p.x() * 2, p.z() * 2, left ? 5 : 8));
-        // A picture, a door, a shelf.
-        if (left) {
-          c = c + (Rgb(0.55F, 0.16F, 0.10F) - c) * box(p.x(), -1.5F, 0.8F, 0.02F) *
-                      box(p.z(), 0.6F, 0.5F, 0.02F);
-        } else {
-          c = c + (Rgb(0.12F, 0.08F, 0.05F) - c) * box(p.x(), 2.2F, 0.5F, 0.02F) *
-                      box(p.z(), -0.15F, 1.05F, 0.02F);
-        }
-      }
-      if (t != to_z) {  // skirting board, and darker towards the corners
-        c *= 1 - 0.5F * box(p.z(), kFloor, 0.10F, 0.01F);
-      }
-      for (int channel = 0; channel < 3; ++channel) map.At(x, y, channel) = c[channel];
+  const float to_x = kHalfX / std::max(std::abs(d.x()), 1e-6F);
+  const float to_y = kHalfY / std::max(std::abs(d.y()), 1e-6F);
+  const float to_z = d.z() > 0 ? kCeiling / d.z() : kFloor / std::min(d.z(), -1e-6F);
+  const float t = std::min({to_x, to_y, to_z});
+  const Vec3f p = t * d;
+  const auto box = [](float value, float center, float half, float soft) {
+    return SmoothStep(half + soft, half - soft, std::abs(value - center));
+  };
+  Rgb c;
+  if (t == to_z && d.z() < 0) {  // planks
+    const float plank = std::floor(p.y() / 0.22F);
+    const float tone = 0.8F + 0.35F * HashUnit(static_cast<int>(plank), 3, 9) +
+                       0.10F * Noise(Vec3f(p.x() * 2.0F, p.y() * 25, plank));
+    const float gap = 1 - 0.4F * box(p.y() / 0.22F - plank, 0.0F, 0.03F, 0.02F);
+    c = Rgb(0.26F, 0.15F, 0.08F) * tone * gap;
+    // The window's light on the floor.
+    c += Rgb(0.55F, 0.52F, 0.48F) * box(p.x(), 1.6F, 1.1F, 0.25F) * box(p.y(), 0.3F, 1.3F, 0.3F);
+  } else if (t == to_z) {
+    c = Rgb(0.42F, 0.41F, 0.39F);
+    for (const float lamp : {-2.4F, 0.0F, 2.4F}) {
+      c += Rgb(9.0F, 7.8F, 6.0F) * box(p.x(), lamp, 0.35F, 0.06F) * box(p.y(), -0.8F, 1.0F, 0.06F);
+    }
+  } else if (t == to_x && d.x() > 0) {  // a window front
+    c = Rgb(0.30F, 0.31F, 0.33F);
+    for (const float pane : {-2.1F, 0.0F, 2.1F}) {
+      const float open = box(p.y(), pane, 0.85F, 0.04F) * box(p.z(), 0.65F, 1.25F, 0.05F);
+      const float sky = SmoothStep(-0.6F, 1.4F, p.z());
+      c += open * (Rgb(2.2F, 3.0F, 4.3F) * sky + Rgb(1.3F, 1.5F, 1.0F) * (1 - sky));
+    }
+  } else if (t == to_x) {
+    const float brick = 0.85F + 0.18F * Noise(Vec3f(p.y() * 5, p.z() * 14, 2));
+    c = Rgb(0.30F, 0.13F, 0.09F) * brick;
+  } else {
+    const bool left = d.y() > 0;
+    c = left ? Rgb(0.46F, 0.40F, 0.30F) : Rgb(0.22F, 0.32F, 0.34F);
+    c *= 0.92F + 0.08F * Noise(Vec3f(p.x() * 2, p.z() * 2, left ? 5 : 8));
+    // A picture, a door, a shelf.
+    if (left) {
+      c = c + (Rgb(0.55F, 0.16F, 0.10F) - c) * box(p.x(), -1.5F, 0.8F, 0.02F) *
+                  box(p.z(), 0.6F, 0.5F, 0.02F);
+    } else {
+      c = c + (Rgb(0.12F, 0.08F, 0.05F) - c) * box(p.x(), 2.2F, 0.5F, 0.02F) *
+                  box(p.z(), -0.15F, 1.05F, 0.02F);
     }
   }
+  if (t != to_z) {  // skirting board, and darker towards the corners
+    c *= 1 - 0.5F * box(p.z(), kFloor, 0.10F, 0.01F);
+  }
+  return c;
+}
+
+}  // namespace
+
+ImageF MakeEnvironmentMap(int height) {
+  constexpr int kSamples = 3;  // a pixel along each side: edges are no stairs
+  const int width = 2 * height;
+  ImageF map(width, height, 3);
+  ParallelFor(static_cast<std::size_t>(height), [&](std::size_t row) {
+    const int y = static_cast<int>(row);
+    for (int x = 0; x < width; ++x) {
+      Rgb sum = Rgb::Zero();
+      for (int i = 0; i < kSamples * kSamples; ++i) {
+        const float u =
+            static_cast<float>(x) + (static_cast<float>(i % kSamples) + 0.5F) / kSamples;
+        const float v =
+            static_cast<float>(y) + (static_cast<float>(i / kSamples) + 0.5F) / kSamples;
+        const float azimuth = (0.5F - u / static_cast<float>(width)) * 2 * kPi;
+        const float elevation = (0.5F - v / static_cast<float>(height)) * kPi;
+        sum += RoomRadiance({std::cos(elevation) * std::cos(azimuth),
+                             std::cos(elevation) * std::sin(azimuth),
+                             std::sin(elevation)});
+      }
+      for (int c = 0; c < 3; ++c) map.At(x, y, c) = sum[c] / (kSamples * kSamples);
+    }
+  });
   return map;
 }
 

@@ -117,7 +117,7 @@ std::vector<StudioPreset> MakePresets() {
   demo.samples = 6;
   demo.bounce_rays = 24;
   demo.environment_samples = 16;
-  demo.environment_height = 256;
+  demo.environment_height = 512;
   demo.sensor.plates = 3;
   demo.sequences = {
       Turn("res", 16, 0, {"spot0", "spot1"}, {0, 6}),

@@ -14,6 +14,7 @@
 #include "dyxel/image/image_io.h"
 #include "dyxel/mesh/rasterizer.h"
 #include "dyxel/mesh/triangle_mesh.h"
+#include "dyxel/studio/manifest.h"
 #include "dyxel/studio/sensor.h"
 
 namespace dyxel {
@@ -101,6 +102,25 @@ TEST_F(Studio, WritesACaptureThatReadsBackWithItsTruth) {
   EXPECT_EQ(ReadFile(truth / "meshes/val_a/0000.ply"), ReadFile(truth / "meshes/res_b/0001.ply"));
   EXPECT_EQ(ReadFile(truth / "meshes/env/0000.ply"), ReadFile(truth / "meshes/dss/0001.ply"));
   EXPECT_THAT(ReadFile(truth / "shift/dss/0001.ply"), testing::HasSubstr("property float sz"));
+}
+
+TEST_F(Studio, LampsOfEveryTypeReadBack) {
+  StudioPreset preset = Smallest();
+  ASSERT_GE(preset.lights.size(), 3U);
+  preset.lights[1].type = LightType::kPoint;
+  preset.lights[2].type = LightType::kDirectional;
+  preset.lights[2].irradiance = Rgb(3, 2.5F, 1);
+  studio::WriteManifest(folder_, preset, studio::MakeCameras(preset));
+  const Capture capture = LoadCapture(folder_);
+  ASSERT_EQ(capture.lights.size(), preset.lights.size());
+  const Vec3f x(0.1F, 0.2F, 1.1F);
+  for (std::size_t i = 0; i < capture.lights.size(); ++i) {
+    EXPECT_EQ(capture.lights[i].type, preset.lights[i].type);
+    const Illumination read = Illuminate(capture.lights[i], x);
+    const Illumination meant = Illuminate(preset.lights[i], x);
+    EXPECT_TRUE(read.irradiance.isApprox(meant.irradiance, 1e-5F));
+    EXPECT_TRUE(read.to_light.isApprox(meant.to_light, 1e-5F));
+  }
 }
 
 TEST_F(Studio, GivesTheSameBytesForAnyNumberOfThreads) {

@@ -16,7 +16,6 @@ constexpr float kSlopeFactor = 3;          // … unless the slopes beside it ar
 constexpr float kFullTrust = 0.3F;         // n·v above `grazing` by which the weight reaches 1
 constexpr float kNearlyLit = 0.98F;        // λ or cone falloff from which a lamp counts as full
 constexpr float kNearlyDark = 0.02F;       // … and below which as none
-constexpr float kSaturationMargin = 0.99F;
 
 struct TexelPoints {
   std::vector<Vec3f> position;  // (K) world
@@ -212,9 +211,8 @@ bool Sees(const CameraView& view, const Vec3f& p) {
   return farthest < 1e9F && (p.z() - kDepthTolerance) * farthest < 1;
 }
 
-// Bilinear colour at pixel position p; false outside the window, at NaN and where a pixel is
-// clipped.
-bool SampleColour(const Picture& picture, const Vec3f& p, float saturation, Rgb& colour) {
+// Bilinear colour at pixel position p; false outside the window and where a pixel is not finite.
+bool SampleColour(const Picture& picture, const Vec3f& p, Rgb& colour) {
   const float px = p.x() - 0.5F - static_cast<float>(picture.window.x);
   const float py = p.y() - 0.5F - static_cast<float>(picture.window.y);
   const int x0 = static_cast<int>(std::floor(px));
@@ -228,7 +226,6 @@ bool SampleColour(const Picture& picture, const Vec3f& p, float saturation, Rgb&
     for (int i = 0; i < 2; ++i) {
       const float w = (i == 1 ? fx : 1 - fx) * (j == 1 ? fy : 1 - fy);
       const float* c = &picture.image.At(x0 + i, y0 + j);
-      if (std::max({c[0], c[1], c[2]}) >= saturation * kSaturationMargin) return false;
       colour += w * Rgb(c[0], c[1], c[2]);
     }
   }
@@ -253,7 +250,6 @@ MvvTextures MakeMvvTextures(const Atlas& atlas,
                             std::span<const Camera> cameras,
                             std::span<const Picture> pictures,
                             std::span<const Light> lights,
-                            std::span<const float> saturation,
                             const TextureOptions& options) {
   CheckOptions("textures", options);
   const TexelPoints points = PointsOf(atlas, grid, surface);
@@ -297,7 +293,7 @@ MvvTextures MakeMvvTextures(const Atlas& atlas,
         const Vec3f p = project(x);
         if (p.z() <= 0 || !Sees(view, p)) continue;
         Rgb colour;
-        if (!SampleColour(pictures[c], p, saturation[c], colour)) continue;
+        if (!SampleColour(pictures[c], p, colour)) continue;
         for (std::size_t i = 0; i < 3; ++i) radiance[3 * k + i] = colour[static_cast<int>(i)];
         if (doubtful[k] == 0) weight[k] = std::min(1.0F, (facing - grazing) / kFullTrust);
       }

@@ -52,18 +52,16 @@ struct MvvTextures {
 
 // Samples every camera's picture at the K texels. A sample counts (weight > 0) where the camera
 // sees the texel (its depth map agrees), not within `rim` pixels of a depth edge or the outline,
-// not at grazing angles, not saturated, and where no lamp's penumbra or cone falloff lies on the
+// not at grazing angles, and where no lamp's penumbra or cone falloff lies on the
 // texel. `pictures` are [camera], cropped as they like (Picture::window); an empty picture gives no
-// samples. `saturation` [camera] is the radiance from which a pixel is clipped (infinity for float
-// files). λ is 0 or 1 where samples count, and in between in penumbrae. Parallel over cameras and
-// texels.
+// samples, nor does a pixel that is not finite (Clipped::kNoValue makes saturated ones so). λ is 0
+// or 1 where samples count, and in between in penumbrae. Parallel over cameras and texels.
 [[nodiscard]] MvvTextures MakeMvvTextures(const Atlas& atlas,
                                           const TexelGrid& grid,
                                           const PosedSurface& surface,
                                           std::span<const Camera> cameras,
                                           std::span<const Picture> pictures,
                                           std::span<const Light> lights,
-                                          std::span<const float> saturation,
                                           const TextureOptions& options = {});
 
 // The shadow map of a light, fitted to the surface.

@@ -17,6 +17,8 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr int kTileTexels = 16384;
+constexpr std::size_t kTileBytes = std::size_t{192}
+                                   << 20U;  // of a tile's samples: RES of 40 frames
 constexpr std::size_t kKeptBytes = std::size_t{384} << 20U;  // of unpacked tiles, for later passes
 const std::vector<std::string> kTextureChannels = {"R", "G", "B", "A"};
 
@@ -170,6 +172,13 @@ DyxelSource MakeDyxelSource(const Atlas& atlas,
                             const TexelGrid& grid,
                             std::vector<Camera> cameras,
                             std::vector<DyxelStep> steps) {
+  // Long sequences get smaller tiles: every thread holds one.
+  std::size_t num_lights = 0;
+  for (const DyxelStep& step : steps) num_lights = std::max(num_lights, step.lights.size());
+  const std::size_t texel_bytes = std::max<std::size_t>(1, steps.size()) *
+                                  (6 * num_lights + 7 * cameras.size()) * sizeof(float);
+  const int tile_texels = static_cast<int>(std::min<std::size_t>(
+      kTileTexels, std::max<std::size_t>(1, kTileBytes / std::max<std::size_t>(1, texel_bytes))));
   DyxelSource source;
   source.num_texels = static_cast<int>(grid.count());
   source.tile_begin = {0};
@@ -177,7 +186,7 @@ DyxelSource MakeDyxelSource(const Atlas& atlas,
     const bool row_ends =
         k == source.num_texels || grid.pixel[static_cast<std::size_t>(k)] / grid.size !=
                                       grid.pixel[static_cast<std::size_t>(k - 1)] / grid.size;
-    if (row_ends && (k - source.tile_begin.back() >= kTileTexels || k == source.num_texels)) {
+    if (row_ends && (k - source.tile_begin.back() >= tile_texels || k == source.num_texels)) {
       source.tile_begin.push_back(k);
     }
   }
@@ -194,8 +203,7 @@ DyxelSource MakeDyxelSource(const Atlas& atlas,
   const auto shared = std::make_shared<Shared>();
   for (const Camera& camera : cameras) shared->camera_names.push_back(camera.name);
   shared->cameras = std::move(cameras);
-  for (const DyxelStep& step : steps)
-    shared->num_lights = std::max(shared->num_lights, step.lights.size());
+  shared->num_lights = num_lights;
   shared->steps = std::move(steps);
   shared->kept.resize(static_cast<std::size_t>(source.num_tiles()));
   source.load = [shared, &atlas, &grid, begins = source.tile_begin](int index) {

@@ -1,7 +1,7 @@
 // Multi-view textures on disk, a folder a time step, and the dyxels read back from them tile by
 // tile.
 //   FOLDER/CAMERA.exr   R, G, B radiance and A weight, in the atlas' layout
-//   FOLDER/lights.exr   λ of every light: light0, light1, …
+//   FOLDER/lights.exr   λ of every light: light000, light001, …
 #pragma once
 
 #include <filesystem>
@@ -42,8 +42,9 @@ struct DyxelStep {
 };
 
 // Dyxels of all steps, read from the textures on demand in tiles of about 16,000 texels (whole rows
-// of the atlas). What was read is kept for the next pass, up to 384 MiB (a RES of some 24 frames);
-// the samples are the same either way. `atlas` and `grid` must outlive the source.
+// of the atlas), fewer where many steps would make a tile larger than 192 MiB. What was read is
+// kept for the next pass, up to 384 MiB (a RES of some 24 frames); the samples are the same either
+// way. `atlas` and `grid` must outlive the source.
 [[nodiscard]] DyxelSource MakeDyxelSource(const Atlas& atlas,
                                           const TexelGrid& grid,
                                           std::vector<Camera> cameras,

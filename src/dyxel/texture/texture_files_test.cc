@@ -144,5 +144,30 @@ TEST_F(TextureFilesTest, SourceGivesEveryTexelOnceWithTheSamplesOfAllSteps) {
   }
 }
 
+// A tile is held by every thread: its size does not grow with the sequence.
+TEST_F(TextureFilesTest, LongSequencesComeInSmallerTiles) {
+  const std::vector<Camera> cameras(8);
+  const auto largest = [&](std::size_t frames) {
+    DyxelStep step;
+    step.lights.resize(2);
+    const DyxelSource source =
+        MakeDyxelSource(scene_.atlas, grid_, cameras, std::vector<DyxelStep>(frames, step));
+    EXPECT_EQ(source.tile_begin.back(), source.num_texels);
+    int texels = 0;
+    for (std::size_t i = 1; i < source.tile_begin.size(); ++i) {
+      texels = std::max(texels, source.tile_begin[i] - source.tile_begin[i - 1]);
+    }
+    return texels;
+  };
+  const std::size_t sample_floats = 2 * 6 + 8 * 7;
+  EXPECT_GE(largest(36), 16384);
+  EXPECT_LE(largest(36), 16384 + 256);
+  for (const std::size_t frames : {150U, 600U}) {
+    const std::size_t full = (std::size_t{192} << 20U) / (frames * sample_floats * sizeof(float));
+    EXPECT_LE(largest(frames), static_cast<int>(full) + 256);  // whole rows
+    EXPECT_GE(largest(frames), static_cast<int>(full));
+  }
+}
+
 }  // namespace
 }  // namespace dyxel
