@@ -39,6 +39,7 @@ std::vector<std::string> ValidationSequences(const Project& project) {
 }
 
 void MeasureFit(const Evaluation& e) {
+  if (e.job->reflectance.empty()) return;
   const Capture& capture = e.job->project().capture;
   for (const std::string& name : e.job->reflectance) {
     const Sequence& s = capture.FindSequence(name);
@@ -66,7 +67,7 @@ void MeasureAtlases(const Evaluation& e) {
   const Atlas& atlas = workspace.atlas();
   const Project& project = e.job->project();
   const std::vector<Vec3f> rest =
-      project.HasGivenGeometry() ? workspace.Positions(project.ReflectanceSequences().front(), 0)
+      project.HasGivenGeometry() ? workspace.Positions(project.ActorSequence().name, 0)
                                  : workspace.actor().skin.positions;
   for (const auto& [name, uv] : {std::pair("I", &atlas.uv_i), std::pair("II", &atlas.uv_ii)}) {
     if (uv->empty()) continue;
@@ -147,6 +148,7 @@ void MeasureReflectance(const Evaluation& e) {
 }
 
 void MeasureVideo(const Evaluation& e) {
+  if (e.job->reflectance.empty()) return;
   for (const std::string& name : e.job->dynamic) {
     const Sequence& s = e.job->project().capture.FindSequence(name);
     const auto bytes = static_cast<double>(fs::file_size(e.job->VideoFile(name)));
