@@ -128,7 +128,7 @@ TEST_F(RunTest, AnEditedMapIsKeptAndWhatFollowsIsDoneAgain) {
   EXPECT_THAT(Run(), ElementsAre("normals", "video"));
   EXPECT_NE(ReadFile(project_ / "normals/dss/0000.exr"), normals);
   // Done again for another reason, the stage leaves the edited map as it is.
-  EXPECT_THAT(Run({}, {"reflectance.materials=1"}), ElementsAre("reflectance", "normals", "video"));
+  EXPECT_THAT(Run({}, {"reflectance.alpha=0.5"}), ElementsAre("reflectance", "normals", "video"));
   EXPECT_EQ(ReadFile(map), painted);
   EXPECT_THAT(Status("reflectance").edited_files, ElementsAre("reflectance/material.png"));
 }

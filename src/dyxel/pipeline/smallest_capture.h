@@ -5,12 +5,12 @@
 
 namespace dyxel {
 
-// A RES and a DSS of two frames each; with `validation`, three frames of the DSS and one of the RES
-// under another lamp, with truth passes.
+// A RES and a DSS of two frames each; with `validation`, a third frame of the DSS, truth passes,
+// and the first of the RES under another lamp.
 inline StudioPreset SmallestPreset(bool validation = false) {
   StudioPreset preset = FindStudioPreset("tiny");
   preset.picture_size = 64;
-  preset.mesh_cell = 0.04F;
+  preset.mesh_cell = 0.03F;
   preset.samples = 1;
   preset.bounce_rays = 1;
   preset.sequences.resize(2);  // res, dss
