@@ -1,3 +1,5 @@
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "dyxel/app/clip.h"
@@ -29,7 +31,7 @@ void WriteTurntable(const Project& project, const Job& job, const fs::path& file
   }
   const Orbit orbit = FitOrbit(SkinPositionsAt(video, 0), video.up, 640, 640);
   const int count = static_cast<int>(kTurntableSeconds * video.fps);
-  const int period = 2 * (video.NumFrames() - 1);
+  const int period = std::max(1, 2 * (video.NumFrames() - 1));
   const auto shot = [&](int i) {
     const double share = static_cast<double>(i) / count;
     const int phase = i % period;
@@ -57,12 +59,12 @@ void RunDemo(const fs::path& folder) {
     bar.Finish();
     fs::rename(part, capture);
   }
-  ProjectInputs inputs;
+  GivenInputs inputs;
   inputs.capture = capture;
   const Project project = OpenProject(folder / "project", inputs, {});
   Workspace workspace(project);
   const Job job = ProjectJob(workspace);
-  RunStages(job);
+  RunStages(job, {.record_times = true});
   EvaluateRequest request;
   request.truth = capture / "truth";
   request.fits = {"res_b"};

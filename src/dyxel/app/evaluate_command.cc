@@ -9,7 +9,7 @@ namespace {
 
 struct Arguments {
   std::string project, truth, output;
-  std::vector<std::string> fits;
+  std::vector<std::string> fits, ablations;
   bool json = false;
 };
 
@@ -23,6 +23,12 @@ void AddEvaluateCommand(CLI::App& program) {
   c->add_option("--truth", a.truth, "The capture's truth: meshes/, joints/, masks/, passes/");
   c->add_option("--fit", a.fits, "Also fit to this sequence alone; its figures stand under fit.SEQ")
       ->take_all();
+  c->add_option("--ablate",
+                a.ablations,
+                "Also measure without a part of the method: no_second_pass, base_normals, "
+                "model_phong; under ablation.NAME")
+      ->delimiter(',')
+      ->take_all();
   c->add_option("-o,--output", a.output, "Folder of the report; default PROJECT/report");
   c->add_flag("--json", a.json, "Print the figures as JSON");
   c->callback([] {
@@ -30,6 +36,7 @@ void AddEvaluateCommand(CLI::App& program) {
     EvaluateRequest request;
     request.truth = a.truth;
     request.fits = a.fits;
+    request.ablations = a.ablations;
     request.output = a.output.empty() ? project.folder / "report" : std::filesystem::path(a.output);
     const Metrics metrics = Evaluate(project, request);
     if (a.json) {

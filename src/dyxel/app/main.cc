@@ -3,11 +3,13 @@
 #include <exception>
 #include <new>
 
+#include <opencv2/core/utility.hpp>
+
 #include "dyxel/app/commands.h"
 #include "dyxel/base/error.h"
+#include "dyxel/base/interrupt.h"
 #include "dyxel/base/log.h"
 #include "dyxel/base/parallel.h"
-#include "dyxel/pipeline/run.h"
 
 namespace dyxel {
 namespace {
@@ -26,6 +28,8 @@ CommonFlags& Flags() {
 void ApplyFlags() {
   const CommonFlags& flags = Flags();
   SetJobs(flags.jobs);
+  // OpenCV's own threads know nothing of --jobs; ours run its calls side by side.
+  cv::setNumThreads(1);
   SetVerbosity(flags.quiet     ? Verbosity::kQuiet
                : flags.verbose ? Verbosity::kVerbose
                                : Verbosity::kNormal);

@@ -7,10 +7,18 @@ namespace dyxel {
 
 void AddOptionsCommand(CLI::App& program) {
   static bool json = false;
+  static bool markdown = false;
   CLI::App* command =
       AddCommand(program, "options", "List all options: default, unit, range, what they decide");
-  command->add_flag("--json", json, "As JSON");
-  command->callback([] { fmt::print("{}\n", json ? OptionTableJson() : FormatOptionTable()); });
+  CLI::Option* as_json = command->add_flag("--json", json, "As JSON");
+  command->add_flag("--markdown", markdown, "As docs/options.md")->excludes(as_json);
+  command->callback([] {
+    if (markdown) {
+      fmt::print("{}", OptionTableMarkdown());
+    } else {
+      fmt::print("{}\n", json ? OptionTableJson() : FormatOptionTable());
+    }
+  });
 }
 
 }  // namespace dyxel

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "dyxel/base/interrupt.h"
 #include "dyxel/base/log.h"
 
 namespace dyxel {
@@ -35,7 +36,9 @@ ProgressBar::~ProgressBar() {
 }
 
 void ProgressBar::Update(double share) {
-  if (GetVerbosity() == Verbosity::kQuiet) return;
+  ThrowIfInterrupted();
+  // Details are lines of their own, which a bar would run into.
+  if (GetVerbosity() != Verbosity::kNormal) return;
   const std::scoped_lock lock(mutex_);
   const Clock::time_point now = Clock::now();
   if (Seconds(now - last_) < (terminal_ ? 0.1 : 10.0)) return;

@@ -31,13 +31,20 @@ Process::Process(const std::vector<std::string>& arguments, Pipe pipe) {
   posix_spawn_file_actions_adddup2(&actions, ends[1], from_output ? 1 : 0);
   posix_spawn_file_actions_addopen(&actions, from_output ? 0 : 1, "/dev/null", O_RDWR, 0);
   posix_spawn_file_actions_adddup2(&actions, messages_, 2);
+  // A group of its own: Ctrl-C at the terminal is for us, and the program ends with its pipe.
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  posix_spawnattr_setpgroup(&attributes, 0);
+  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
   std::vector<char*> argv;
   // posix_spawn takes char* and does not write to it.
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
   const int error =
-      made != 0 ? errno : ::posix_spawnp(&pid_, argv[0], &actions, nullptr, argv.data(), environ);
+      made != 0 ? errno
+                : ::posix_spawnp(&pid_, argv[0], &actions, &attributes, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
+  posix_spawnattr_destroy(&attributes);
   if (made == 0) ::close(ends[1]);
   pipe_ = made == 0 ? ends[0] : -1;
   if (error != 0) {

@@ -31,7 +31,10 @@ void RefuseBrokenCapture(const Project& project) {
   std::sort(unit.inputs.begin(), unit.inputs.end());
   unit.inputs.erase(std::unique(unit.inputs.begin(), unit.inputs.end()), unit.inputs.end());
   StampBook book(project.folder, {{"capture", capture.folder}});
-  if (book.State(unit) == UnitState::kDone) return;
+  if (const UnitReport found = book.Examine(unit); found.state == UnitState::kDone) {
+    if (found.reread) book.Confirm(unit);
+    return;
+  }
 
   ProgressBar bar("check");
   const CheckReport report = CheckCapture(capture.folder, bar.Callback());

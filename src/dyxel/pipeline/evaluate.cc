@@ -1,6 +1,8 @@
 #include "dyxel/pipeline/evaluate.h"
 
+#include <array>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <set>
 
@@ -11,6 +13,7 @@
 #include "dyxel/pipeline/report.h"
 #include "dyxel/pipeline/run.h"
 #include "dyxel/pipeline/stage_inputs.h"
+#include "dyxel/video/gltf_read.h"
 
 namespace dyxel {
 namespace fs = std::filesystem;
@@ -38,25 +41,116 @@ std::vector<std::string> ValidationSequences(const Project& project) {
   return names;
 }
 
-void MeasureFit(const Evaluation& e) {
-  const Capture& capture = e.job->project().capture;
-  for (const std::string& name : e.job->reflectance) {
-    const Sequence& s = capture.FindSequence(name);
-    MeasurePictures(e, "recorded", s, capture.EstimationCameras());
-    MeasurePictures(e, "holdout", s, HoldoutCameras(capture));
-    MeasurePasses(e, s);
+// Measurements with their shares of the time, run one after the other under one bar.
+class Measurements {
+ public:
+  void Add(double weight, std::function<void(const Evaluation&)> measure) {
+    all_.push_back({weight, std::move(measure)});
   }
-  for (const std::string& name : e.job->dynamic) {
+  void Run(const std::string& label, Evaluation e) const {
+    ProgressBar bar(label);
+    double total = 0;
+    for (const Task& task : all_) total += task.weight;
+    double done = 0;
+    for (const Task& task : all_) {
+      e.progress = [&](double share) { bar.Update((done + share * task.weight) / total); };
+      e.Progress(0, 1);
+      task.measure(e);
+      done += task.weight;
+    }
+    if (!all_.empty()) bar.Finish();
+  }
+
+ private:
+  struct Task {
+    double weight;
+    std::function<void(const Evaluation&)> measure;
+  };
+  std::vector<Task> all_;
+};
+
+void AddTracking(Measurements& all, const Sequence& s) {
+  all.Add(3.0 * s.count, [&s](const Evaluation& e) {
+    MeasureSilhouettes(e, s);
+    MeasureTracking(e, s);
+  });
+  all.Add(8.0 * s.count, [&s](const Evaluation& e) { MeasureAlignment(e, s); });
+}
+
+// All that shows a fit; of an ablation, what it is compared by.
+void AddFit(Measurements& all, const Job& job, bool ablation) {
+  if (job.reflectance.empty()) return;
+  const Capture& capture = job.project().capture;
+  std::vector<std::string> own = job.reflectance;
+  own.insert(own.end(), job.dynamic.begin(), job.dynamic.end());
+  for (const std::string& name : own) {
     const Sequence& s = capture.FindSequence(name);
-    MeasurePictures(e, "recorded", s, capture.EstimationCameras());
-    MeasurePictures(e, "holdout", s, HoldoutCameras(capture));
-    MeasurePasses(e, s);
+    all.Add(10.0 * s.count, [&s, &capture](const Evaluation& e) {
+      MeasurePictures(e, "recorded", s, capture.EstimationCameras());
+    });
+    all.Add(2.0 * s.count, [&s, &capture](const Evaluation& e) {
+      MeasurePictures(e, "holdout", s, HoldoutCameras(capture));
+      MeasurePasses(e, s);
+    });
+  }
+  for (const std::string& name : job.dynamic) {
+    const Sequence& s = capture.FindSequence(name);
+    if (!ablation) all.Add(s.count, [&s](const Evaluation& e) { MeasureFlicker(e, s); });
   }
   // A validation sequence's pictures touch no estimate: all of its cameras count.
-  for (const std::string& name : e.job->validation) {
-    MeasurePictures(e, "relight", capture.FindSequence(name), AllCameras(capture));
+  for (const std::string& name : job.validation) {
+    const Sequence& s = capture.FindSequence(name);
+    all.Add(10.0 * s.count, [&s, &capture](const Evaluation& e) {
+      MeasurePictures(e, "relight", s, AllCameras(capture));
+    });
   }
-  MeasureReflectance(e);
+  if (!ablation) all.Add(2, MeasureReflectance);
+}
+
+// A fit without a part of the method: an option changed, or the normals left out.
+struct Ablation {
+  std::string_view name;
+  std::string_view setting;  // "": none
+  bool base_normals;
+};
+constexpr std::array kAblations = {
+    Ablation{"no_second_pass", "reflectance.second_pass=false", false},
+    Ablation{"base_normals", "", true},
+    Ablation{"model_phong", "reflectance.model=phong", false},
+};
+
+const Ablation& FindAblation(const std::string& name) {
+  std::string names;
+  for (const Ablation& a : kAblations) {
+    if (a.name == name) return a;
+    names += (names.empty() ? "" : ", ") + std::string(a.name);
+  }
+  throw Error(Fault::kUsage, fmt::format("--ablate {}: unknown. There are: {}.", name, names));
+}
+
+// `job`'s fit with the ablation, measured under PREFIX ablation.NAME.…
+void Ablate(const Ablation& ablation, const Job& job, Evaluation e, const std::string& prefix) {
+  Project project = job.project();
+  if (!ablation.setting.empty()) {
+    OptionTable table = project.options.Table();
+    table.SetAssignment(ablation.setting);
+  }
+  Workspace workspace(project);
+  Job ablated = job;
+  ablated.workspace = &workspace;
+  if (!ablation.setting.empty()) {
+    ablated.fit =
+        (job.fit.empty() ? "" : job.fit + ".") + fmt::format("ablation.{}", ablation.name);
+    RunStages(ablated);
+  }
+  e.job = &ablated;
+  e.pictures = nullptr;
+  e.base_normals = ablation.base_normals;
+  e.metrics->SetPrefix(fmt::format("{}ablation.{}.", prefix, ablation.name));
+  Measurements all;
+  AddFit(all, ablated, /*ablation=*/true);
+  all.Run(std::string(ablation.name), e);
+  e.metrics->SetPrefix("");
 }
 
 }  // namespace
@@ -65,9 +159,9 @@ void MeasureAtlases(const Evaluation& e) {
   Workspace& workspace = *e.job->workspace;
   const Atlas& atlas = workspace.atlas();
   const Project& project = e.job->project();
-  const std::vector<Vec3f> rest =
-      project.HasGivenGeometry() ? workspace.Positions(project.ReflectanceSequences().front(), 0)
-                                 : workspace.actor().skin.positions;
+  const std::vector<Vec3f> rest = project.HasGivenGeometry()
+                                      ? workspace.Positions(project.ActorSequence().name, 0)
+                                      : workspace.actor().skin.positions;
   for (const auto& [name, uv] : {std::pair("I", &atlas.uv_i), std::pair("II", &atlas.uv_ii)}) {
     if (uv->empty()) continue;
     const AtlasQuality q = MeasureAtlas(rest, atlas, *uv);
@@ -147,22 +241,46 @@ void MeasureReflectance(const Evaluation& e) {
 }
 
 void MeasureVideo(const Evaluation& e) {
+  if (e.job->reflectance.empty() || e.job->dynamic.empty()) return;
+  const Capture& capture = e.job->project().capture;
+  const MaterialMaps maps = ReadMaterialMaps(e.job->ReflectanceFolder());
+  const double texels = static_cast<double>(maps.diffuse.width) * maps.diffuse.height;
+  double bytes = 0;
+  double raw = 0;
+  double frames = 0;
   for (const std::string& name : e.job->dynamic) {
-    const Sequence& s = e.job->project().capture.FindSequence(name);
-    const auto bytes = static_cast<double>(fs::file_size(e.job->VideoFile(name)));
+    const int count = capture.FindSequence(name).count;
+    bytes += static_cast<double>(fs::file_size(e.job->VideoFile(name)));
     // The same maps uncompressed, as half floats: diffuse, specular, a normal map a frame.
-    const MaterialMaps maps = ReadMaterialMaps(e.job->ReflectanceFolder());
-    const double texels = static_cast<double>(maps.diffuse.width) * maps.diffuse.height;
-    const double raw = 2 * texels * (3 + maps.specular.channels + 3.0 * s.count);
-    e.metrics->Set("video.bytes", bytes);
-    e.metrics->Set("video.bytes_per_frame", bytes / s.count);
-    e.metrics->Set("video.raw_bytes", raw);
+    raw += 2 * texels * (3 + maps.specular.channels + 3.0 * count);
+    frames += count;
   }
+  e.metrics->Set("video.bytes", bytes);
+  e.metrics->Set("video.bytes_per_frame", bytes / frames);
+  e.metrics->Set("video.raw_bytes", raw);
+
+  const FrameMaps from_file(ReadVideo(e.job->VideoFile(e.job->dynamic.front())));
+  Series loss;
+  for (const std::string& name : e.job->validation) {
+    const double exact = e.metrics->Get("relight." + name + ".psnr_inside");
+    if (!std::isfinite(exact)) continue;
+    loss.Add(exact - PsnrInsideWith(e, from_file, capture.FindSequence(name), AllCameras(capture)));
+  }
+  e.metrics->Set("video.psnr_loss", loss.Mean());
 }
 
 Metrics Evaluate(const Project& project, const EvaluateRequest& request) {
   std::optional<Truth> truth;
   if (!request.truth.empty()) truth = OpenTruth(request.truth);
+  std::vector<const Ablation*> ablations;
+  for (const std::string& name : request.ablations) ablations.push_back(&FindAblation(name));
+  const Capture& capture = project.capture;
+  for (const std::string& fit : request.fits) {
+    Require(HasLamps(capture.FindSequence(fit)),
+            Fault::kUsage,
+            "--fit {}: no lamps fall on it, so no reflectance can be fitted to it.",
+            fit);
+  }
   Workspace workspace(project);
   Metrics metrics;
   std::vector<ReportPicture> pictures;
@@ -170,30 +288,40 @@ Metrics Evaluate(const Project& project, const EvaluateRequest& request) {
   Job job = ProjectJob(workspace);
   job.validation = ValidationSequences(project);
   RunStages(job);
-  Evaluation e{&job, truth ? &*truth : nullptr, request.output, &metrics, &pictures};
+  const Evaluation e{&job, truth ? &*truth : nullptr, request.output, &metrics, &pictures};
   std::set<std::string> tracked(job.reflectance.begin(), job.reflectance.end());
   tracked.insert(job.dynamic.begin(), job.dynamic.end());
   tracked.insert(job.validation.begin(), job.validation.end());
-  for (const std::string& name : tracked) {
-    const Sequence& s = project.capture.FindSequence(name);
-    MeasureSilhouettes(e, s);
-    MeasureTracking(e, s);
+  tracked.insert(project.ActorSequence().name);
+  {
+    Measurements all;
+    for (const std::string& name : tracked) AddTracking(all, capture.FindSequence(name));
+    all.Add(5, MeasureAtlases);
+    AddFit(all, job, /*ablation=*/false);
+    all.Add(10, MeasureVideo);
+    all.Run("measure", e);
   }
-  MeasureAtlases(e);
-  MeasureFit(e);
-  MeasureVideo(e);
+  for (const Ablation* ablation : ablations) Ablate(*ablation, job, e, "");
 
   for (const std::string& fit : request.fits) {
-    (void)project.capture.FindSequence(fit);
-    Job fit_job = ProjectJob(workspace);
+    Job fit_job = job;
     fit_job.reflectance = {fit};
     fit_job.fit = fit;
-    fit_job.validation = job.validation;
     RunStages(fit_job);
-    Evaluation fit_evaluation{&fit_job, e.truth, request.output, &metrics, &pictures};
-    metrics.SetPrefix("fit." + fit + ".");
-    MeasureFit(fit_evaluation);
+    Evaluation fit_evaluation = e;
+    fit_evaluation.job = &fit_job;
+    if (tracked.insert(fit).second) {
+      Measurements all;
+      AddTracking(all, capture.FindSequence(fit));
+      all.Run("track " + fit, fit_evaluation);
+    }
+    const std::string prefix = "fit." + fit + ".";
+    metrics.SetPrefix(prefix);
+    Measurements all;
+    AddFit(all, fit_job, /*ablation=*/false);
+    all.Run("fit " + fit, fit_evaluation);
     metrics.SetPrefix("");
+    for (const Ablation* ablation : ablations) Ablate(*ablation, fit_job, fit_evaluation, prefix);
   }
   metrics.Write(request.output / "metrics.json");
   WriteReport(project, metrics, pictures, request.output);

@@ -11,9 +11,10 @@
 namespace dyxel {
 
 struct EvaluateRequest {
-  std::filesystem::path truth;    // folder of the truth, or empty
-  std::vector<std::string> fits;  // --fit: sequences that are also fitted to alone
-  std::filesystem::path output;   // folder of metrics.json, pictures and index.html
+  std::filesystem::path truth;         // folder of the truth, or empty
+  std::vector<std::string> fits;       // --fit: sequences that are also fitted to alone
+  std::vector<std::string> ablations;  // --ablate: no_second_pass, base_normals, model_phong
+  std::filesystem::path output;        // folder of metrics.json, pictures and index.html
 };
 
 // Brings the project up to date, tracks its validation sequences, makes the fits, measures, and

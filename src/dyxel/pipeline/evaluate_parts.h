@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -26,6 +27,13 @@ struct Evaluation {
   std::filesystem::path output;
   Metrics* metrics = nullptr;
   std::vector<ReportPicture>* pictures = nullptr;
+  bool base_normals = false;  // shown with the model's own normals (ablation base_normals)
+  ProgressFn progress = {};   // share of the measurement that is under way
+
+  // Throws Error(kInterrupted) where the user wants to stop.
+  void Progress(double done, double all) const {
+    if (progress) progress(done / all);
+  }
 };
 
 // Mask of a camera in a frame: the truth's where there is one, else the given or computed one.
@@ -39,6 +47,8 @@ struct Evaluation {
 class FrameMaps {
  public:
   FrameMaps(const Evaluation& e, const Sequence& sequence);
+  // The maps of a video's file with the second pass's normals, for a sequence that is not its own.
+  explicit FrameMaps(RelightableVideo video) : video_(std::move(video)) { video_.normals.clear(); }
   [[nodiscard]] const MaterialMaps& maps() const { return video_.maps; }
   [[nodiscard]] ImageF NormalMap(int frame) const { return NormalMapAt(video_, frame); }
 
@@ -50,6 +60,8 @@ class FrameMaps {
 void MeasureSilhouettes(const Evaluation& e, const Sequence& sequence);
 // tracking.SEQ.{iou, iou_worst, surface_mm, surface_p95_mm}.
 void MeasureTracking(const Evaluation& e, const Sequence& sequence);
+// tracking.SEQ.flow_px, where the sequence has textures.
+void MeasureAlignment(const Evaluation& e, const Sequence& sequence);
 // atlas.{I,II}.…
 void MeasureAtlases(const Evaluation& e);
 // GROUP.SEQ.{psnr, …}: recorded beside rendered pictures of `cameras`.
@@ -59,9 +71,29 @@ void MeasurePictures(const Evaluation& e,
                      const std::vector<int>& cameras);
 // normals.SEQ.… and albedo.SEQ.albedo_psnr, against the truth's passes.
 void MeasurePasses(const Evaluation& e, const Sequence& sequence);
+// The mean of psnr_inside over pictures of `cameras`, shown with other maps than the fit's.
+[[nodiscard]] double PsnrInsideWith(const Evaluation& e,
+                                    const FrameMaps& maps,
+                                    const Sequence& sequence,
+                                    const std::vector<int>& cameras);
+// normals.SEQ.flicker_deg, of a DSS with normal keys.
+void MeasureFlicker(const Evaluation& e, const Sequence& sequence);
+// Mean length of the second difference over time of a vector a texel, over texels seen throughout.
+class Flicker {
+ public:
+  // The next frame's (K) vectors, and which texels are seen.
+  void Add(std::span<const Vec3f> vectors, std::span<const char> seen);
+  [[nodiscard]] double MeanDeg() const;  // NaN with fewer than three frames
+
+ private:
+  int frames_ = 0;
+  std::vector<Vec3f> older_, last_;
+  std::vector<double> sum_;
+  std::vector<char> seen_;
+};
 // coverage.{texels, half_vectors} and materials.NAME.…
 void MeasureReflectance(const Evaluation& e);
-// video.{bytes, bytes_per_frame, raw_bytes}.
+// video.{bytes, bytes_per_frame, raw_bytes, psnr_loss}, over all videos. Reads the relight figures.
 void MeasureVideo(const Evaluation& e);
 
 }  // namespace dyxel

@@ -92,23 +92,29 @@ FrameMaps::FrameMaps(const Evaluation& e, const Sequence& sequence) {
   video_.normals = ReadNormalKeys(*e.job, sequence);
 }
 
-void MeasurePictures(const Evaluation& e,
-                     const std::string& group,
-                     const Sequence& sequence,
-                     const std::vector<int>& cameras) {
-  if (cameras.empty() || !IsLit(sequence)) return;
+namespace {
+
+// Measures all pictures of `cameras` shown with `maps`; `seen(camera index, frame, recorded,
+// rendered, mask)` is called for each, from several threads.
+template <class Seen>
+std::vector<PictureScore> ScorePictures(const Evaluation& e,
+                                        const FrameMaps& maps,
+                                        const Sequence& sequence,
+                                        const std::vector<int>& cameras,
+                                        bool aligned,
+                                        Seen&& seen) {
   Workspace& workspace = *e.job->workspace;
   const Project& project = e.job->project();
-  const FrameMaps maps(e, sequence);
-  const int shown_frame = sequence.count / 2;
   std::vector<PictureScore> scores(static_cast<std::size_t>(sequence.count) * cameras.size());
   for (int frame = 0; frame < sequence.count; ++frame) {
     const PosedSurface surface = workspace.Posed(sequence.name, frame);
     const ImageF normal_map = maps.NormalMap(frame);
-    const RenderSurface shown{&workspace.atlas(), &surface, &maps.maps(), &normal_map};
+    const RenderSurface shown{
+        &workspace.atlas(), &surface, &maps.maps(), e.base_normals ? nullptr : &normal_map};
     const PreparedLighting lighting(
         shown, LightingOf(project.capture, sequence, frame), project.options.render);
     ParallelFor(cameras.size(), [&](std::size_t i) {
+      e.Progress(frame, sequence.count);
       const int c = cameras[i];
       const Camera& camera = project.capture.cameras[static_cast<std::size_t>(c)];
       if (!HasFrame(project.capture, sequence, c, frame)) return;
@@ -117,62 +123,84 @@ void MeasurePictures(const Evaluation& e,
       const std::vector<Pass> beauty = {Pass::kBeauty};
       const ImageF rendered =
           RenderPasses(shown, camera, lighting, beauty, project.options.render)[0];
-      PictureScore& score = scores[static_cast<std::size_t>(frame) * cameras.size() + i];
-      const PictureMeasures measures = MeasurePicture(
-          Colours(rendered), CoverageMask(rendered), recorded, mask, /*aligned=*/true);
-      score = {true,
-               measures.psnr,
-               measures.psnr_inside,
-               measures.inside_share,
-               measures.psnr_linear,
-               measures.psnr_aligned,
-               measures.ssim};
-      if (frame == shown_frame && (i == 0 || i == cameras.size() / 2)) {
-        const std::string file = fmt::format("pictures/{}{}_{}_{}_{}.png",
-                                             e.job->fit.empty() ? "" : e.job->fit + "_",
-                                             group,
-                                             sequence.name,
-                                             camera.name,
-                                             Project::FrameName(sequence, frame));
-        WritePng(e.output / file,
-                 SideBySide(recorded, rendered, mask, DisplayScale(recorded, mask)));
-      }
+      const PictureMeasures m =
+          MeasurePicture(Colours(rendered), CoverageMask(rendered), recorded, mask, aligned);
+      scores[static_cast<std::size_t>(frame) * cameras.size() + i] = {
+          true, m.psnr, m.psnr_inside, m.inside_share, m.psnr_linear, m.psnr_aligned, m.ssim};
+      seen(i, frame, recorded, rendered, mask);
     });
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
-      if (frame != shown_frame || !(i == 0 || i == cameras.size() / 2)) continue;
-      const std::string& camera =
-          project.capture.cameras[static_cast<std::size_t>(cameras[i])].name;
-      const std::string fit = e.job->fit.empty() ? "" : e.job->fit + "_";
-      e.pictures->push_back(
-          {fmt::format("{}{}.{}, {}, frame {}: {:.1f} dB inside",
-                       e.job->fit.empty() ? "" : "fit " + e.job->fit + ": ",
-                       group,
-                       sequence.name,
-                       camera,
-                       Project::FrameName(sequence, frame),
-                       scores[static_cast<std::size_t>(frame) * cameras.size() + i].psnr_inside),
-           fmt::format("pictures/{}{}_{}_{}_{}.png",
-                       fit,
-                       group,
-                       sequence.name,
-                       camera,
-                       Project::FrameName(sequence, frame))});
-    }
   }
-  const auto mean = [&](double PictureScore::*field) {
-    Series series;
-    for (const PictureScore& s : scores) {
-      if (s.measured && std::isfinite(s.*field)) series.Add(s.*field);
-    }
-    return series.Mean();
+  return scores;
+}
+
+double MeanOf(const std::vector<PictureScore>& scores, double PictureScore::*field) {
+  Series series;
+  for (const PictureScore& s : scores) {
+    if (s.measured && std::isfinite(s.*field)) series.Add(s.*field);
+  }
+  return series.Mean();
+}
+
+}  // namespace
+
+double PsnrInsideWith(const Evaluation& e,
+                      const FrameMaps& maps,
+                      const Sequence& sequence,
+                      const std::vector<int>& cameras) {
+  return MeanOf(ScorePictures(e, maps, sequence, cameras, /*aligned=*/false, [](auto&&...) {}),
+                &PictureScore::psnr_inside);
+}
+
+void MeasurePictures(const Evaluation& e,
+                     const std::string& group,
+                     const Sequence& sequence,
+                     const std::vector<int>& cameras) {
+  if (cameras.empty() || !IsLit(sequence)) return;
+  const Capture& capture = e.job->project().capture;
+  const int shown_frame = sequence.count / 2;
+  const auto is_shown = [&](std::size_t i) { return i == 0 || i == cameras.size() / 2; };
+  const auto file_of = [&](std::size_t i) {
+    return fmt::format("pictures/{}{}_{}_{}_{}.png",
+                       e.job->fit.empty() ? "" : e.job->fit + "_",
+                       group,
+                       sequence.name,
+                       capture.cameras[static_cast<std::size_t>(cameras[i])].name,
+                       Project::FrameName(sequence, shown_frame));
   };
+  const std::vector<PictureScore> scores =
+      ScorePictures(e,
+                    FrameMaps(e, sequence),
+                    sequence,
+                    cameras,
+                    /*aligned=*/true,
+                    [&](std::size_t i,
+                        int frame,
+                        const ImageF& recorded,
+                        const ImageF& rendered,
+                        const ImageU8& mask) {
+                      if (e.pictures == nullptr || frame != shown_frame || !is_shown(i)) return;
+                      WritePng(e.output / file_of(i),
+                               SideBySide(recorded, rendered, mask, DisplayScale(recorded, mask)));
+                    });
+  for (std::size_t i = 0; i < cameras.size(); ++i) {
+    const PictureScore& score = scores[static_cast<std::size_t>(shown_frame) * cameras.size() + i];
+    if (e.pictures == nullptr || !is_shown(i) || !score.measured) continue;
+    e.pictures->push_back({fmt::format("{}{}.{}, {}, frame {}: {:.1f} dB inside",
+                                       e.job->fit.empty() ? "" : "fit " + e.job->fit + ": ",
+                                       group,
+                                       sequence.name,
+                                       capture.cameras[static_cast<std::size_t>(cameras[i])].name,
+                                       Project::FrameName(sequence, shown_frame),
+                                       score.psnr_inside),
+                           file_of(i)});
+  }
   const std::string key = group + "." + sequence.name + ".";
-  e.metrics->Set(key + "psnr", mean(&PictureScore::psnr));
-  e.metrics->Set(key + "psnr_inside", mean(&PictureScore::psnr_inside));
-  e.metrics->Set(key + "inside_share", mean(&PictureScore::inside_share));
-  e.metrics->Set(key + "psnr_linear", mean(&PictureScore::psnr_linear));
-  e.metrics->Set(key + "psnr_aligned", mean(&PictureScore::psnr_aligned));
-  e.metrics->Set(key + "ssim", mean(&PictureScore::ssim));
+  e.metrics->Set(key + "psnr", MeanOf(scores, &PictureScore::psnr));
+  e.metrics->Set(key + "psnr_inside", MeanOf(scores, &PictureScore::psnr_inside));
+  e.metrics->Set(key + "inside_share", MeanOf(scores, &PictureScore::inside_share));
+  e.metrics->Set(key + "psnr_linear", MeanOf(scores, &PictureScore::psnr_linear));
+  e.metrics->Set(key + "psnr_aligned", MeanOf(scores, &PictureScore::psnr_aligned));
+  e.metrics->Set(key + "ssim", MeanOf(scores, &PictureScore::ssim));
 }
 
 }  // namespace dyxel

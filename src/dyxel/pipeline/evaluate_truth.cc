@@ -110,6 +110,7 @@ void MeasureTracking(const Evaluation& e, const Sequence& sequence) {
   Series iou;
   Series distances;
   for (int frame = 0; frame < sequence.count; ++frame) {
+    e.Progress(frame, sequence.count);
     const std::vector<Vec3f> positions = workspace.Positions(sequence.name, frame);
     for (std::size_t i = 0; i < cameras.size(); ++i) {
       if (!HasFrame(project.capture, sequence, indices[i], frame)) continue;
@@ -230,6 +231,7 @@ void MeasurePasses(const Evaluation& e, const Sequence& sequence) {
   options.samples = 1;  // a pass is compared at pixel centres, not averaged over an edge
   PassErrors errors;
   for (int frame = 0; frame < sequence.count; ++frame) {
+    e.Progress(frame, sequence.count);
     std::vector<int> cameras;
     for (int c = 0; c < static_cast<int>(capture.cameras.size()); ++c) {
       const std::vector<int> frames = e.truth->PassFrames(capture, sequence, c);
@@ -238,7 +240,8 @@ void MeasurePasses(const Evaluation& e, const Sequence& sequence) {
     if (cameras.empty()) continue;
     const PosedSurface surface = workspace.Posed(sequence.name, frame);
     const ImageF normal_map = maps.NormalMap(frame);
-    const RenderSurface shown{&workspace.atlas(), &surface, &maps.maps(), &normal_map};
+    const RenderSurface shown{
+        &workspace.atlas(), &surface, &maps.maps(), e.base_normals ? nullptr : &normal_map};
     const RenderSurface base{&workspace.atlas(), &surface, &maps.maps(), nullptr};
     const LampsOnSurface lamps(capture.LightsOf(sequence, frame),
                                workspace.Positions(sequence.name, frame),

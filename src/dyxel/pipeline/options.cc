@@ -5,10 +5,12 @@
 #include <nlohmann/json.hpp>
 #include <toml++/toml.h>
 
+#include "dyxel/pipeline/toml_options.h"
+
 namespace dyxel {
 namespace {
 
-// Options of other programs' parts of dyxel.toml that are not stages'.
+// The table of dyxel.toml that says where the inputs are: no stage's.
 constexpr std::string_view kInputsTable = "capture";
 
 OptionValue FromToml(const toml::node& node, const std::string& key, const std::string& file) {
@@ -26,20 +28,6 @@ OptionValue FromToml(const toml::node& node, const std::string& key, const std::
     return list;
   }
   throw Error(Fault::kUsage, fmt::format("{}: {} is of no kind that an option has.", file, key));
-}
-
-void ReadTable(const toml::table& table,
-               const std::string& prefix,
-               const std::string& file,
-               OptionTable& options) {
-  for (auto&& [name, node] : table) {
-    const std::string key = prefix + std::string(name.str());
-    if (const auto* inner = node.as_table()) {
-      ReadTable(*inner, key + ".", file, options);
-    } else {
-      options.SetValue(key, FromToml(node, key, file));
-    }
-  }
 }
 
 std::string TomlValue(const OptionValue& value) {
@@ -61,6 +49,25 @@ std::string Limits(const OptionInfo& info) {
 }
 
 }  // namespace
+
+void ReadTomlTable(const toml::table& table,
+                   const std::string& prefix,
+                   const std::string& file,
+                   OptionTable& options) {
+  for (auto&& [name, node] : table) {
+    const std::string key = prefix + std::string(name.str());
+    if (const auto* inner = node.as_table()) {
+      ReadTomlTable(*inner, key + ".", file, options);
+    } else {
+      const OptionValue value = FromToml(node, key, file);
+      try {
+        options.SetValue(key, value);
+      } catch (const Error& error) {
+        throw Error(error.fault(), fmt::format("{}: {}", file, error.what()));
+      }
+    }
+  }
+}
 
 OptionTable PipelineOptions::Table() {
   OptionTable table;
@@ -90,14 +97,14 @@ void ReadTomlOptions(const std::string& text, const std::string& file, PipelineO
   }
   OptionTable table = options.Table();
   for (auto&& [name, node] : parsed) {
-    if (name.str() == kInputsTable) continue;
     const auto* stage = node.as_table();
     Require(stage != nullptr,
             Fault::kUsage,
             "{}: {} stands outside a [stage] table. Move it into one.",
             file,
             name.str());
-    ReadTable(*stage, std::string(name.str()) + ".", file, table);
+    if (name.str() == kInputsTable) continue;
+    ReadTomlTable(*stage, std::string(name.str()) + ".", file, table);
   }
 }
 
@@ -134,6 +141,38 @@ std::string FormatOptionTable() {
                         FormatOption(row.default_value),
                         row.info.unit,
                         Limits(row.info),
+                        row.info.help);
+  }
+  return text;
+}
+
+std::string OptionTableMarkdown() {
+  std::string text =
+      "# Options\n\n"
+      "Every option of the pipeline: set it in `PROJECT/dyxel.toml` under `[stage]`, or with\n"
+      "`dyxel run … --set stage.name=value`, which writes it there. A stage whose options changed "
+      "is "
+      "done again.\n"
+      "This page is what `dyxel options --markdown` prints.\n";
+  PipelineOptions defaults;
+  const OptionTable table = defaults.Table();
+  std::string stage;
+  for (const OptionRow& row : table.rows()) {
+    const std::string row_stage = row.key.substr(0, row.key.find('.'));
+    if (row_stage != stage) {
+      stage = row_stage;
+      text += fmt::format(
+          "\n## {}\n\n| option | default | unit | range | decides |\n| --- | --- | --- | --- | --- "
+          "|\n",
+          stage);
+    }
+    std::string limits = Limits(row.info);
+    if (!row.info.choices.empty()) limits = fmt::format("{}", fmt::join(row.info.choices, ", "));
+    text += fmt::format("| `{}` | {} | {} | {} | {} |\n",
+                        row.key,
+                        FormatOption(row.default_value),
+                        row.info.unit,
+                        limits,
                         row.info.help);
   }
   return text;

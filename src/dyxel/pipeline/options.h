@@ -51,8 +51,9 @@ void ReadTomlOptions(const std::string& text, const std::string& file, PipelineO
 // "[stage]\n# help (unit, default)\nname = value" for all options.
 [[nodiscard]] std::string WriteTomlOptions(const PipelineOptions& options);
 
-// The table that `dyxel options` prints; and the same as JSON.
+// The table that `dyxel options` prints; the same as the page docs/options.md, and as JSON.
 [[nodiscard]] std::string FormatOptionTable();
+[[nodiscard]] std::string OptionTableMarkdown();
 [[nodiscard]] std::string OptionTableJson();
 
 }  // namespace dyxel

@@ -1,9 +1,7 @@
 #include "dyxel/pipeline/run.h"
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
-#include <csignal>
 #include <fstream>
 
 #include <nlohmann/json.hpp>
@@ -11,14 +9,13 @@
 
 #include "dyxel/base/atomic_file.h"
 #include "dyxel/base/error.h"
+#include "dyxel/base/interrupt.h"
 #include "dyxel/base/log.h"
 #include "dyxel/base/parallel.h"
 
 namespace dyxel {
 namespace fs = std::filesystem;
 namespace {
-
-std::atomic<bool> interrupted{false};
 
 double CpuSeconds() {
   struct rusage usage {};
@@ -57,50 +54,158 @@ nlohmann::json ReadTimings(const Project& project) {
   return json.is_object() ? json : nlohmann::json::object();
 }
 
-// Runs the units that are not up to date. Returns how many it ran.
-int RunUnits(const std::vector<Unit>& units, StampBook& book, ProgressBar& bar) {
-  int ran = 0;
-  for (std::size_t i = 0; i < units.size(); ++i) {
-    const Unit& unit = units[i];
-    if (interrupted) {
-      throw Error(Fault::kInterrupted,
-                  "stopped; what is done is kept: run the same command to go on");
-    }
-    const UnitState state = book.State(unit);
-    if (state == UnitState::kEdited) {
-      for (const fs::path& file : book.EditedOutputs(unit)) {
-        spdlog::info("kept as edited: {}", file.string());
+// What a stage has cost since its start.
+class StageClock {
+ public:
+  StageClock() { ResetPeakMemory(); }
+  void Read(StageTiming& timing) const {
+    timing.wall_s = Seconds();
+    timing.cpu_s = CpuSeconds() - cpu_;
+    timing.peak_rss_mb = PeakMemoryMb();
+  }
+  [[nodiscard]] double Seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double cpu_ = CpuSeconds();
+};
+
+// Writes a stage's times into timings.json, now and then while it runs.
+class TimesRecord {
+ public:
+  TimesRecord(const Project& project, std::string_view stage, std::size_t units)
+      : project_(project), stage_(stage), units_(static_cast<int>(units)) {
+    const nlohmann::json all = ReadTimings(project);
+    if (all.contains(stage_) && all[stage_].is_object()) before_ = all[stage_];
+  }
+
+  void Write(const StageTiming& t) const {
+    nlohmann::json entry = {{"wall_s", t.wall_s},
+                            {"cpu_s", t.cpu_s},
+                            {"units", t.units},
+                            {"peak_rss_mb", t.peak_rss_mb},
+                            {"threads", Jobs()}};
+    const bool goes_on = before_.value("units", 0) + t.units <= units_;
+    if (goes_on) {
+      for (const char* key : {"wall_s", "cpu_s"}) {
+        entry[key] = entry[key].get<double>() + before_.value(key, 0.0);
       }
-      continue;
+      entry["units"] = t.units + before_.value("units", 0);
+      entry["peak_rss_mb"] = std::max(t.peak_rss_mb, before_.value("peak_rss_mb", 0.0));
     }
-    if (state == UnitState::kDone) continue;
-    for (const fs::path& input : unit.inputs) {
-      Require(fs::exists(input),
-              Fault::kInput,
-              "{}: is missing, and stage {} needs it. Run without --stage, or `dyxel check` the "
-              "capture.",
-              input.string(),
-              unit.stage);
-    }
-    unit.run([&](double share) {
+    nlohmann::json all = ReadTimings(project_);
+    all[stage_] = entry;
+    WriteFile(TimingsFile(project_), all.dump(1) + "\n");
+  }
+
+ private:
+  const Project& project_;
+  std::string stage_;
+  int units_;
+  nlohmann::json before_ = nlohmann::json::object();
+};
+
+void RunUnit(const Unit& unit, StampBook& book, const ProgressFn& progress) {
+  for (const fs::path& input : unit.inputs) {
+    Require(fs::exists(input),
+            Fault::kInput,
+            "{}: is missing, and stage {} needs it. Run without --stage, or `dyxel check` the "
+            "capture.",
+            input.string(),
+            unit.stage);
+  }
+  const StageClock clock;
+  book.Begin(unit);
+  try {
+    unit.run(progress);
+  } catch (...) {
+    book.Abandon(unit);
+    throw;
+  }
+  book.Finish(unit);
+  spdlog::debug("{} {}: {:.2f} s", unit.stage, unit.id, clock.Seconds());
+}
+
+// Runs the units that are not up to date, and calls `done` after each.
+void RunUnits(const std::vector<Unit>& units,
+              StampBook& book,
+              ProgressBar& bar,
+              const std::function<void()>& done) {
+  for (std::size_t i = 0; i < units.size(); ++i) {
+    ThrowIfInterrupted();
+    const Unit& unit = units[i];
+    const UnitReport report = book.Examine(unit);
+    for (const fs::path& file : report.edited) spdlog::info("kept as edited: {}", file.string());
+    if (report.state == UnitState::kDone && report.reread) book.Confirm(unit);
+    if (report.state == UnitState::kDone || report.state == UnitState::kEdited) continue;
+    RunUnit(unit, book, [&](double share) {
       bar.Update((static_cast<double>(i) + share) / static_cast<double>(units.size()));
     });
-    book.Stamp(unit);
-    ++ran;
+    done();
     bar.Update(static_cast<double>(i + 1) / static_cast<double>(units.size()));
   }
-  return ran;
+}
+
+// Runs a stage's units and times them.
+StageTiming RunStage(const Job& job,
+                     std::string_view stage,
+                     const std::vector<Unit>& units,
+                     StampBook& book,
+                     bool record_times) {
+  constexpr double kBetweenRecords = 2;  // seconds
+  StageTiming timing;
+  timing.stage = stage;
+  const StageClock clock;
+  const TimesRecord record(job.project(), stage, units.size());
+  ProgressBar bar{std::string(stage)};
+  double recorded = 0;
+  const auto write = [&] {
+    clock.Read(timing);
+    if (record_times && timing.units > 0) record.Write(timing);
+    recorded = clock.Seconds();
+  };
+  try {
+    RunUnits(units, book, bar, [&] {
+      ++timing.units;
+      if (clock.Seconds() - recorded > kBetweenRecords) write();
+    });
+  } catch (...) {
+    write();
+    throw;
+  }
+  write();
+  if (timing.units > 0) {
+    bar.Finish();
+    job.workspace->Forget();
+  }
+  return timing;
+}
+
+// Units [first, last] of a stage.
+std::vector<Unit> Selected(std::vector<Unit> units, std::pair<int, int> range, const Stage& stage) {
+  const auto [first, last] = range;
+  const int count = static_cast<int>(units.size());
+  Require(count > 0,
+          Fault::kUsage,
+          "--units {}-{}: stage {} has no units in this project.",
+          first,
+          last,
+          stage.name);
+  Require(first >= 0 && first <= last && last < count,
+          Fault::kUsage,
+          "--units {}-{}: stage {} has units 0-{}.",
+          first,
+          last,
+          stage.name,
+          count - 1);
+  units.erase(units.begin() + last + 1, units.end());
+  units.erase(units.begin(), units.begin() + first);
+  return units;
 }
 
 }  // namespace
-
-void HandleInterrupts() {
-  const auto handler = [](int signal) {
-    if (interrupted.exchange(true)) std::_Exit(128 + signal);  // the second time at once
-  };
-  std::signal(SIGINT, handler);
-  std::signal(SIGTERM, handler);
-}
 
 std::vector<StageTiming> RunStages(const Job& job, const RunSelection& selection) {
   if (!selection.until.empty()) (void)FindStage(selection.until);
@@ -110,51 +215,21 @@ std::vector<StageTiming> RunStages(const Job& job, const RunSelection& selection
           "--units needs --stage: it numbers the units of one stage.");
   StampBook book = Book(job.project());
   std::vector<StageTiming> timings;
-  for (const Stage& stage : Stages()) {
-    if (!selection.stage.empty() && stage.name != selection.stage) continue;
-    std::vector<Unit> units = stage.units(job);
-    if (selection.units) {
-      const auto [first, last] = *selection.units;
-      Require(first >= 0 && first <= last && last < static_cast<int>(units.size()),
-              Fault::kUsage,
-              "--units {}-{}: stage {} has units 0-{}.",
-              first,
-              last,
-              stage.name,
-              static_cast<int>(units.size()) - 1);
-      units = std::vector<Unit>(units.begin() + first, units.begin() + last + 1);
+  try {
+    for (const Stage& stage : Stages()) {
+      if (!selection.stage.empty() && stage.name != selection.stage) continue;
+      std::vector<Unit> units = stage.units(job);
+      if (selection.units) units = Selected(std::move(units), *selection.units, stage);
+      const StageTiming timing = RunStage(job, stage.name, units, book, selection.record_times);
+      if (timing.units > 0) timings.push_back(timing);
+      if (stage.name == selection.until) break;
     }
-    StageTiming timing;
-    timing.stage = stage.name;
-    ResetPeakMemory();
-    const auto start = std::chrono::steady_clock::now();
-    const double cpu = CpuSeconds();
-    ProgressBar bar(std::string(stage.name));
-    timing.units = RunUnits(units, book, bar);
-    timing.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    timing.cpu_s = CpuSeconds() - cpu;
-    timing.peak_rss_mb = PeakMemoryMb();
-    if (timing.units > 0) {
-      bar.Finish();
-      job.workspace->Forget();
-      timings.push_back(timing);
-      WriteTimings(job.project(), {timing});
-    }
-    if (stage.name == selection.until) break;
+  } catch (const Error& error) {
+    if (error.fault() != Fault::kInterrupted) throw;
+    throw Error(Fault::kInterrupted,
+                "Stopped; what is done is kept: run the same command to go on.");
   }
   return timings;
-}
-
-void WriteTimings(const Project& project, const std::vector<StageTiming>& timings) {
-  nlohmann::json json = ReadTimings(project);
-  for (const StageTiming& t : timings) {
-    json[t.stage] = {{"wall_s", t.wall_s},
-                     {"cpu_s", t.cpu_s},
-                     {"units", t.units},
-                     {"peak_rss_mb", t.peak_rss_mb},
-                     {"threads", Jobs()}};
-  }
-  WriteFile(TimingsFile(project), json.dump(1) + "\n");
 }
 
 std::vector<StageStatus> ProjectStatus(const Job& job) {
@@ -166,14 +241,13 @@ std::vector<StageStatus> ProjectStatus(const Job& job) {
     status.stage = stage.name;
     for (const Unit& unit : stage.units(job)) {
       ++status.units;
-      const UnitState state = book.State(unit);
+      const UnitReport report = book.Examine(unit);
+      const UnitState state = report.state;
       status.done += state == UnitState::kDone || state == UnitState::kEdited ? 1 : 0;
       status.stale += state == UnitState::kStale ? 1 : 0;
-      if (state == UnitState::kEdited) {
-        ++status.edited;
-        for (const fs::path& file : book.EditedOutputs(unit)) {
-          status.edited_files.push_back(file.lexically_relative(job.project().folder).string());
-        }
+      status.edited += report.edited.empty() ? 0 : 1;
+      for (const fs::path& file : report.edited) {
+        status.edited_files.push_back(file.lexically_relative(job.project().folder).string());
       }
       for (const fs::path& file : unit.outputs) {
         std::error_code missing;

@@ -14,6 +14,7 @@ struct RunSelection {
   std::string until;                         // last stage; "": all
   std::string stage;                         // only this stage; "": all
   std::optional<std::pair<int, int>> units;  // with `stage`: only units [first, second]
+  bool record_times = false;                 // in PROJECT/report/timings.json
 };
 
 struct StageTiming {
@@ -23,16 +24,14 @@ struct StageTiming {
   double peak_rss_mb = 0;
 };
 
-// Brings `job` up to date. Each finished unit is stamped at once, so that a killed run goes on
-// where it was. Between units it checks for an interrupt (SIGINT, SIGTERM) and throws
+// Brings `job` up to date; gives the stages that had something to do. Each finished unit is stamped
+// at once, so that a killed run goes on where it was. At an interrupt it throws
 // Error(kInterrupted).
+//
+// Recorded times are those of the last time that a stage was done: a run that goes on with a stage
+// adds to its times, one that does it again replaces them, one that has nothing to do leaves them.
+// They are written also where a unit throws.
 std::vector<StageTiming> RunStages(const Job& job, const RunSelection& selection = {});
-
-// Merges `timings` into PROJECT/report/timings.json (stages that had nothing to do keep theirs).
-void WriteTimings(const Project& project, const std::vector<StageTiming>& timings);
-
-// Lets SIGINT and SIGTERM end RunStages between two units. Call once, from main().
-void HandleInterrupts();
 
 struct StageStatus {
   std::string stage;

@@ -53,6 +53,8 @@ bool IsLit(const Sequence& sequence) {
   return sequence.environment || !sequence.lights.empty() || !sequence.frame_lights.empty();
 }
 
+bool HasLamps(const Sequence& sequence) { return IsLit(sequence) && !sequence.environment; }
+
 std::vector<Camera> EstimationCamerasOf(const Capture& capture) {
   std::vector<Camera> cameras;
   for (const int c : capture.EstimationCameras())
@@ -131,7 +133,7 @@ std::vector<fs::path> NormalFiles(const Job& job, const Sequence& sequence) {
   std::vector<fs::path> files;
   const bool dynamic =
       std::find(job.dynamic.begin(), job.dynamic.end(), sequence.name) != job.dynamic.end();
-  if (!dynamic || !IsLit(sequence) || sequence.environment) return files;
+  if (!dynamic || !HasLamps(sequence)) return files;
   for (const Chunk& chunk : Chunks(sequence.count, job.project().options.normals.chunk)) {
     files.push_back(job.NormalFile(sequence.name, chunk.centre));
   }

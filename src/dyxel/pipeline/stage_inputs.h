@@ -30,6 +30,8 @@ class PlateCache {
 
 // Whether a sequence says what light falls on it.
 [[nodiscard]] bool IsLit(const Sequence& sequence);
+// Whether lamps fall on it, so that reflectance and normals can be fitted to it.
+[[nodiscard]] bool HasLamps(const Sequence& sequence);
 
 [[nodiscard]] std::vector<Camera> EstimationCamerasOf(const Capture& capture);
 [[nodiscard]] std::vector<std::string> EstimationCameraNames(const Capture& capture);

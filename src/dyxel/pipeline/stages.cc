@@ -1,6 +1,7 @@
 #include "dyxel/pipeline/stages.h"
 
 #include <algorithm>
+#include <numeric>
 #include <set>
 
 #include "dyxel/base/error.h"
@@ -10,6 +11,7 @@
 #include "dyxel/mesh/closed_atlas.h"
 #include "dyxel/mesh/given_atlas.h"
 #include "dyxel/pipeline/atlas_files.h"
+#include "dyxel/pipeline/capture_fingerprint.h"
 #include "dyxel/pipeline/reflectance_files.h"
 #include "dyxel/pipeline/stage_inputs.h"
 #include "dyxel/texture/texture_files.h"
@@ -29,6 +31,7 @@ void Append(Paths& to, const Paths& from) { to.insert(to.end(), from.begin(), fr
 // The sequences of a job, each once, in the capture's order.
 std::vector<const Sequence*> AllSequences(const Job& job) {
   std::set<std::string> names(job.reflectance.begin(), job.reflectance.end());
+  names.insert(job.project().ActorSequence().name);
   names.insert(job.dynamic.begin(), job.dynamic.end());
   names.insert(job.validation.begin(), job.validation.end());
   std::vector<const Sequence*> all;
@@ -74,8 +77,9 @@ std::vector<Unit> SilhouetteUnits(const Job& job) {
   std::vector<Unit> units;
   if (job.project().HasGivenGeometry()) return units;
   PipelineOptions options = job.project().options;
-  const std::string fingerprint = options.Table().Fingerprint("silhouettes");
   for (const Sequence* sequence : AllSequences(job)) {
+    const std::string fingerprint = options.Table().Fingerprint("silhouettes") +
+                                    PictureFingerprint(job.project().capture, *sequence);
     const auto plates = std::make_shared<PlateCache>(job.project().capture, *sequence);
     for (int frame = 0; frame < sequence->count; ++frame) {
       Unit unit;
@@ -108,26 +112,16 @@ std::vector<Unit> SilhouetteUnits(const Job& job) {
   return units;
 }
 
-// The sequence that the actor is fitted to: the project's first RES, or a DSS where there is none.
-const Sequence& ActorSequence(const Job& job) {
-  const Project& project = job.project();
-  for (const Sequence& s : project.capture.sequences) {
-    if (s.kind == SequenceKind::kReflectance) {
-      return project.capture.FindSequence(project.ReflectanceSequences().front());
-    }
-  }
-  return project.capture.sequences.front();
-}
-
 std::vector<Unit> ActorUnits(const Job& job) {
   if (job.project().HasGivenGeometry()) return {};
-  const Sequence& sequence = ActorSequence(job);
+  const Sequence& sequence = job.project().ActorSequence();
   Unit unit;
   unit.stage = "actor";
   unit.id = "actor";
   PipelineOptions options = job.project().options;
   const OptionTable table = options.Table();
-  unit.options = table.Fingerprint("actor") + table.Fingerprint("motion");
+  unit.options = table.Fingerprint("actor") + table.Fingerprint("motion") +
+                 RigFingerprint(job.project().capture);
   unit.inputs = MaskFiles(job, sequence);
   unit.outputs = {job.workspace->ActorFile(), job.workspace->ActorMotionFile()};
   unit.run = [job, &sequence](const ProgressFn& progress) {
@@ -150,7 +144,7 @@ std::vector<Unit> MotionUnits(const Job& job) {
     Unit unit;
     unit.stage = "motion";
     unit.id = sequence->name;
-    unit.options = options.Table().Fingerprint("motion");
+    unit.options = options.Table().Fingerprint("motion") + RigFingerprint(job.project().capture);
     unit.inputs = MaskFiles(job, *sequence);
     unit.inputs.push_back(job.workspace->ActorFile());
     // The actor's own sequence has poses already.
@@ -187,8 +181,7 @@ std::vector<Unit> AtlasUnits(const Job& job) {
   unit.options = options.Table().Fingerprint("atlas");
   const bool given = job.project().HasGivenGeometry();
   const fs::path mesh_file =
-      given ? job.workspace->GivenMesh(job.project().ReflectanceSequences().front(), 0)
-            : fs::path();
+      given ? job.workspace->GivenMesh(job.project().ActorSequence().name, 0) : fs::path();
   unit.inputs = {given ? mesh_file : job.workspace->ActorFile()};
   unit.outputs = AtlasFiles(job.workspace->AtlasFolder(), !given);
   unit.run = [job, given, mesh_file](const ProgressFn&) {
@@ -217,7 +210,8 @@ std::string SurfaceOptions(const Job& job) {
 std::vector<Unit> TextureUnits(const Job& job) {
   std::vector<Unit> units;
   PipelineOptions options = job.project().options;
-  const std::string fingerprint = options.Table().Fingerprint("textures") + SurfaceOptions(job);
+  const std::string fingerprint = options.Table().Fingerprint("textures") + SurfaceOptions(job) +
+                                  RigFingerprint(job.project().capture);
   std::set<std::string> wanted(job.reflectance.begin(), job.reflectance.end());
   wanted.insert(job.dynamic.begin(), job.dynamic.end());
   const Capture& capture = job.project().capture;
@@ -228,12 +222,13 @@ std::vector<Unit> TextureUnits(const Job& job) {
       Unit unit;
       unit.stage = "textures";
       unit.id = sequence->name + "/" + Project::FrameName(*sequence, frame);
-      unit.options = fingerprint;
+      unit.options = fingerprint + PictureFingerprint(capture, *sequence) +
+                     LightFingerprint(capture, *sequence, frame, frame + 1);
       unit.inputs = SurfaceFiles(job, *sequence, frame);
       for (const int camera : capture.EstimationCameras()) {
-        Append(unit.inputs, FrameFiles(capture, *sequence, camera, frame));
+        if (!HasFrame(capture, *sequence, camera, frame)) continue;
+        unit.inputs.push_back(FramePath(capture, *sequence, camera, frame));
       }
-      unit.inputs.push_back(capture.folder / "capture.json");
       unit.outputs =
           MvvTextureFiles(job.TextureFolder(*sequence, frame), EstimationCameraNames(capture));
       unit.run = [job, sequence, frame](const ProgressFn&) {
@@ -259,20 +254,17 @@ std::vector<Unit> TextureUnits(const Job& job) {
 }
 
 std::vector<Unit> ReflectanceUnits(const Job& job) {
+  if (job.reflectance.empty()) return {};
   Unit unit;
   unit.stage = "reflectance";
-  unit.id = job.fit.empty() ? "reflectance" : job.fit;
+  unit.id = job.FitId("reflectance");
   PipelineOptions options = job.project().options;
   unit.options = options.Table().Fingerprint("reflectance") + SurfaceOptions(job) +
-                 fmt::format("sequences={}\n", fmt::join(job.reflectance, ","));
+                 fmt::format("sequences={}\n", fmt::join(job.reflectance, ",")) +
+                 RigFingerprint(job.project().capture);
   for (const std::string& name : job.reflectance) {
     const Sequence& sequence = job.project().capture.FindSequence(name);
-    Require(
-        IsLit(sequence) && !sequence.environment,
-        Fault::kInput,
-        "{}: sequence {} names no lights, so no reflectance can be fitted to it. Name its lights.",
-        (job.project().capture.folder / "capture.json").string(),
-        name);
+    unit.options += LightFingerprint(job.project().capture, sequence, 0, sequence.count);
     Append(unit.inputs, TextureInputs(job, sequence, 0, sequence.count));
   }
   unit.outputs = ReflectanceFiles(job.ReflectanceFolder());
@@ -287,25 +279,28 @@ std::vector<Unit> ReflectanceUnits(const Job& job) {
 
 std::vector<Unit> NormalUnits(const Job& job) {
   std::vector<Unit> units;
+  if (job.reflectance.empty()) return units;
   PipelineOptions options = job.project().options;
-  const std::string fingerprint = options.Table().Fingerprint("normals") + SurfaceOptions(job);
+  const std::string fingerprint = options.Table().Fingerprint("normals") + SurfaceOptions(job) +
+                                  RigFingerprint(job.project().capture);
   for (const std::string& name : job.dynamic) {
     const Sequence& sequence = job.project().capture.FindSequence(name);
-    if (!IsLit(sequence) || sequence.environment) continue;  // no lamps: the RES's normals serve
+    if (!HasLamps(sequence)) continue;  // the RES's normals serve
     for (const Chunk& chunk : Chunks(sequence.count, options.normals.chunk)) {
       Unit unit;
       unit.stage = "normals";
-      unit.id = name + "/" + Project::FrameName(sequence, chunk.centre);
-      unit.options = fingerprint + fmt::format("frames={}-{}\n", chunk.begin, chunk.end);
+      unit.id = job.FitId(name + "/" + Project::FrameName(sequence, chunk.centre));
+      unit.options = fingerprint + fmt::format("frames={}-{}\n", chunk.begin, chunk.end) +
+                     LightFingerprint(job.project().capture, sequence, chunk.begin, chunk.end);
       unit.inputs = TextureInputs(job, sequence, chunk.begin, chunk.end);
       Append(unit.inputs, ReflectanceFiles(job.ReflectanceFolder()));
       unit.outputs = {job.NormalFile(name, chunk.centre)};
-      unit.run = [job, name, chunk](const ProgressFn&) {
+      unit.run = [job, name, chunk](const ProgressFn& progress) {
         const TexelGrid& grid = job.workspace->grid();
         const Reflectance reflectance = ReadReflectance(job.ReflectanceFolder(), grid);
         const DyxelSource source = SourceOf(job, name, chunk.begin, chunk.end);
-        const ChunkNormals fit =
-            FitNormals(source, job.workspace->graph(), reflectance, job.project().options.normals);
+        const ChunkNormals fit = FitNormals(
+            source, job.workspace->graph(), reflectance, job.project().options.normals, progress);
         WriteNormals(job.NormalFile(name, chunk.centre), grid, fit.normal, fit.confidence);
       };
       units.push_back(std::move(unit));
@@ -314,16 +309,56 @@ std::vector<Unit> NormalUnits(const Job& job) {
   return units;
 }
 
+// The options that a video was made with, "stage.name=value" a line.
+std::string OptionsInForce(const Job& job) {
+  PipelineOptions options = job.project().options;
+  const OptionTable table = options.Table();
+  std::string text;
+  for (const OptionRow& row : table.rows()) {
+    if (row.key.starts_with("render.")) continue;  // no part of what is made
+    text += row.key + "=" + FormatOption(row.Value()) + "\n";
+  }
+  return text + SurfaceOptions(job) + fmt::format("scale={}\n", job.project().inputs.scale);
+}
+
+// What the stages know of their own errors, for the video's file.
+std::vector<std::pair<std::string, std::string>> ProvenanceOf(const Job& job,
+                                                              const RelightableVideo& video) {
+  std::vector<std::pair<std::string, std::string>> entries = {
+      {"options", OptionsInForce(job)},
+      {"reflectance_sequences", fmt::format("{}", fmt::join(job.reflectance, ", "))}};
+  if (const std::vector<double>& c = video.motion.confidence; !c.empty()) {
+    const double mean = std::accumulate(c.begin(), c.end(), 0.0) / static_cast<double>(c.size());
+    entries.emplace_back("motion_confidence", fmt::format("{:.4f}", mean));
+    entries.emplace_back("motion_confidence_worst",
+                         fmt::format("{:.4f}", *std::min_element(c.begin(), c.end())));
+  }
+  const Reflectance r = ReadReflectance(job.ReflectanceFolder(), job.workspace->grid());
+  const auto texels = static_cast<double>(r.confidence.size());
+  double confidence = 0;
+  for (const float c : r.confidence) confidence += static_cast<double>(c);
+  const auto filled = std::count_if(r.filled.begin(), r.filled.end(), [](int f) { return f != 0; });
+  entries.emplace_back("reflectance_confidence", fmt::format("{:.4f}", confidence / texels));
+  entries.emplace_back("filled_share", fmt::format("{:.4f}", static_cast<double>(filled) / texels));
+  return entries;
+}
+
 std::vector<Unit> VideoUnits(const Job& job) {
   std::vector<Unit> units;
   if (!job.fit.empty()) return units;  // the video shows the project's own fit
+  if (job.reflectance.empty()) return units;
+  const Capture& capture = job.project().capture;
   for (const std::string& name : job.dynamic) {
-    const Sequence& sequence = job.project().capture.FindSequence(name);
+    const Sequence& sequence = capture.FindSequence(name);
     Unit unit;
     unit.stage = "video";
     unit.id = name;
-    PipelineOptions options = job.project().options;
-    unit.options = SurfaceOptions(job) + fmt::format("chunk={}\n", options.normals.chunk);
+    unit.options = OptionsInForce(job) + fmt::format("capture={}\nfps={}\nup={} {} {}\n",
+                                                     capture.name,
+                                                     capture.fps,
+                                                     capture.up.x(),
+                                                     capture.up.y(),
+                                                     capture.up.z());
     for (int frame = 0; frame < sequence.count; ++frame) {
       Append(unit.inputs, SurfaceFiles(job, sequence, frame));
     }
@@ -333,7 +368,8 @@ std::vector<Unit> VideoUnits(const Job& job) {
     Append(unit.inputs, NormalFiles(job, sequence));
     unit.outputs = {job.VideoFile(name)};
     unit.run = [job, name](const ProgressFn&) {
-      WriteVideo(job.VideoFile(name), AssembleVideo(job, name));
+      const RelightableVideo video = AssembleVideo(job, name);
+      WriteVideo(job.VideoFile(name), video, {.provenance = ProvenanceOf(job, video)});
     };
     units.push_back(std::move(unit));
   }

@@ -15,12 +15,16 @@ namespace dyxel {
 // DSS; by `dyxel evaluate` also fits to other sequences and poses of validation sequences.
 struct Job {
   Workspace* workspace = nullptr;
-  std::vector<std::string> reflectance;  // sequences of the fit, together
+  std::vector<std::string> reflectance;  // sequences of the fit, together; none: only tracking
   std::string fit;                       // "": the project's own; else its folder is fits/FIT
   std::vector<std::string> dynamic;      // sequences that become videos
   std::vector<std::string> validation;   // sequences that are only tracked
 
   [[nodiscard]] const Project& project() const { return workspace->project(); }
+  // The id of a unit that is made for this fit alone.
+  [[nodiscard]] std::string FitId(const std::string& id) const {
+    return fit.empty() ? id : "fits/" + fit + "/" + id;
+  }
   // Folder of the fit's reflectance maps.
   [[nodiscard]] std::filesystem::path ReflectanceFolder() const;
   [[nodiscard]] std::filesystem::path NormalFile(const std::string& sequence, int frame) const;

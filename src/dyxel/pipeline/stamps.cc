@@ -1,6 +1,7 @@
 #include "dyxel/pipeline/stamps.h"
 
 #include <algorithm>
+#include <limits>
 
 #include <nlohmann/json.hpp>
 #include <sys/stat.h>
@@ -23,37 +24,105 @@ std::int64_t ChangeTime(const fs::path& path) {
   return static_cast<std::int64_t>(info.st_ctim.tv_sec) * 1'000'000'000 + info.st_ctim.tv_nsec;
 }
 
-std::string FileSafe(std::string id) {
-  std::replace(id.begin(), id.end(), '/', '.');
-  return id;
+// "res/0003" as a file's name, no two ids alike.
+std::string FileSafe(const std::string& id) {
+  std::string name;
+  for (const char c : id) {
+    switch (c) {
+      case '/':
+        name += '.';
+        break;
+      case '.':
+        name += "%2E";
+        break;
+      case '%':
+        name += "%25";
+        break;
+      default:
+        name += c;
+    }
+  }
+  return name;
 }
+
+// What tells a root folder from another that stands, or stood, in its place.
+std::string Identity(const fs::path& path) {
+  struct stat info {};
+  std::error_code error;
+  const fs::path real = fs::canonical(path, error);
+  if (error || ::stat(real.c_str(), &info) != 0) return "";
+  const nlohmann::json json = {
+      {"path", real.string()}, {"device", info.st_dev}, {"inode", info.st_ino}};
+  return json.dump(1) + "\n";
+}
+
+constexpr std::int64_t kNever = std::numeric_limits<std::int64_t>::max();
 
 }  // namespace
 
 struct StampBook::Record {
   std::int64_t written = 0;  // ctime of the stamp itself
+  bool begun = false;        // and not finished: `kept` alone counts
+  bool outdated = false;     // by another version of the code
   std::string options;
-  std::map<std::string, std::string> inputs, outputs;  // short name → hash
+  std::map<std::string, std::string> inputs, outputs;  // short name → hash, outputs as computed
+  std::map<std::string, std::string> kept;             // edited outputs that a later run put back
 };
 
-StampBook::StampBook(fs::path project, std::map<std::string, fs::path> roots)
-    : project_(std::move(project)), roots_(std::move(roots)) {}
+StampBook::StampBook(fs::path project, const Roots& roots) : project_(std::move(project)) {
+  for (const auto& [label, path] : roots) {
+    if (path.empty()) continue;
+    Root root{label, path, Identity(path), kNever};
+    const fs::path file = RootPath(root);
+    if (fs::exists(file) && ReadFile(file) == root.identity) root.since = ChangeTime(file);
+    roots_.push_back(std::move(root));
+  }
+}
 
 fs::path StampBook::StampPath(const Unit& unit) const {
   return project_ / "state" / unit.stage / (FileSafe(unit.id) + ".json");
 }
 
+fs::path StampBook::AsidePath(const Unit& unit, const std::string& name) const {
+  return project_ / "state" / unit.stage / (FileSafe(unit.id) + ".edited") / FileSafe(name);
+}
+
+fs::path StampBook::RootPath(const Root& root) const {
+  return project_ / "state" / (root.label + ".json");
+}
+
+namespace {
+
+// `path` below `root`, or "".
+std::string Below(const fs::path& root, const fs::path& path) {
+  const fs::path relative = path.lexically_relative(root);
+  return relative.empty() || *relative.begin() == ".." ? std::string() : relative.generic_string();
+}
+
+}  // namespace
+
+const StampBook::Root* StampBook::RootOf(const fs::path& path) const {
+  if (!Below(project_, path).empty()) return nullptr;
+  for (const Root& root : roots_) {
+    if (!Below(root.path, path).empty()) return &root;
+  }
+  return nullptr;
+}
+
 std::string StampBook::ShortName(const fs::path& path) const {
-  const auto below = [&](const fs::path& root) {
-    const fs::path relative = path.lexically_relative(root);
-    return relative.empty() || *relative.begin() == ".." ? std::string()
-                                                         : relative.generic_string();
-  };
-  if (std::string name = below(project_); !name.empty()) return name;
-  for (const auto& [label, root] : roots_) {
-    if (std::string name = below(root); !name.empty()) return fmt::format("{}/{}", label, name);
+  if (std::string name = Below(project_, path); !name.empty()) return name;
+  if (const Root* root = RootOf(path)) {
+    return fmt::format("{}/{}", root->label, Below(root->path, path));
   }
   return path.generic_string();
+}
+
+void StampBook::WriteRoots() {
+  for (Root& root : roots_) {
+    if (root.since != kNever) continue;
+    WriteFile(RootPath(root), root.identity);
+    root.since = ChangeTime(RootPath(root));
+  }
 }
 
 std::string StampBook::HashOf(const fs::path& path) {
@@ -64,81 +133,179 @@ std::string StampBook::HashOf(const fs::path& path) {
   return hash;
 }
 
+bool StampBook::RootsHold(const fs::path& path, std::int64_t written) {
+  const Root* root = RootOf(path);
+  if (root == nullptr) return true;
+  const auto older = [&](const fs::path& folder) {
+    const auto [entry, added] = folder_times_.try_emplace(folder);
+    if (added) entry->second = ChangeTime(folder);
+    return entry->second < written;
+  };
+  bool hold = root->since < written && older(root->path);
+  for (fs::path folder = path.parent_path(); hold && !Below(root->path, folder).empty();
+       folder = folder.parent_path()) {
+    if (folder == root->path) break;
+    hold = older(folder);
+  }
+  return hold;
+}
+
+std::string StampBook::HashSince(const fs::path& path,
+                                 const std::string& stored,
+                                 std::int64_t written,
+                                 bool& reread) {
+  const std::int64_t changed = ChangeTime(path);
+  if (changed >= 0 && changed < written) {
+    if (RootsHold(path, written)) {
+      known_.try_emplace(path, stored);
+    } else {
+      reread = true;
+    }
+  }
+  return HashOf(path);
+}
+
 bool StampBook::Load(const Unit& unit, Record& record) const {
   const fs::path path = StampPath(unit);
   record.written = ChangeTime(path);
   if (record.written < 0) return false;
   const auto json = nlohmann::json::parse(ReadFile(path), nullptr, /*allow_exceptions=*/false);
-  if (!json.is_object() || json.value("version", 0) != kStampVersion) return false;
+  using Hashes = std::map<std::string, std::string>;
   try {
+    record.outdated = json.at("version").get<int>() != kStampVersion;
+    record.begun = json.value("begun", false);
+    record.kept = json.value("kept", Hashes());
+    if (record.begun) return true;
     record.options = json.at("options").get<std::string>();
-    record.inputs = json.at("inputs").get<std::map<std::string, std::string>>();
-    record.outputs = json.at("outputs").get<std::map<std::string, std::string>>();
+    record.inputs = json.at("inputs").get<Hashes>();
+    record.outputs = json.at("outputs").get<Hashes>();
   } catch (const nlohmann::json::exception&) {
     return false;  // a damaged stamp is no stamp
   }
   return true;
 }
 
-UnitState StampBook::State(const Unit& unit) {
+UnitReport StampBook::Examine(const Unit& unit) {
+  UnitReport report;
   Record record;
-  if (!Load(unit, record)) return UnitState::kMissing;
-  const auto unchanged = [&](const fs::path& path,
-                             const std::map<std::string, std::string>& hashes) {
-    const auto stored = hashes.find(ShortName(path));
-    if (stored == hashes.end()) return false;
-    const std::int64_t changed = ChangeTime(path);
-    // Inputs that this process has rewritten are in known_; their ctime is newer anyway.
-    if (changed >= 0 && changed < record.written) {
-      known_.emplace(path, stored->second);
+  if (!Load(unit, record)) return report;
+  bool missing = record.begun;
+  for (const fs::path& path : unit.outputs) {
+    const std::string name = ShortName(path);
+    const auto kept = record.kept.find(name);
+    if (record.begun) {
+      if (kept != record.kept.end()) report.edited.push_back(path);
+      continue;
+    }
+    const auto computed = record.outputs.find(name);
+    if (ChangeTime(path) < 0 || computed == record.outputs.end()) {
+      missing = true;
+      continue;
+    }
+    const std::string& last = kept != record.kept.end() ? kept->second : computed->second;
+    if (HashSince(path, last, record.written, report.reread) != computed->second)
+      report.edited.push_back(path);
+  }
+  if (missing) return report;
+  const auto stale = [&] {
+    if (record.outdated || record.options != unit.options ||
+        record.inputs.size() != unit.inputs.size()) {
       return true;
     }
-    known_.erase(path);
-    return HashOf(path) == stored->second;
+    return std::any_of(unit.inputs.begin(), unit.inputs.end(), [&](const fs::path& path) {
+      const auto stored = record.inputs.find(ShortName(path));
+      return stored == record.inputs.end() ||
+             HashSince(path, stored->second, record.written, report.reread) != stored->second;
+    });
   };
-  bool edited = false;
-  for (const fs::path& path : unit.outputs) {
-    if (ChangeTime(path) < 0) return UnitState::kMissing;
-    if (record.outputs.find(ShortName(path)) == record.outputs.end()) return UnitState::kMissing;
-    edited = !unchanged(path, record.outputs) || edited;
+  const bool all_edited = !unit.outputs.empty() && report.edited.size() == unit.outputs.size();
+  if (!all_edited && stale()) {
+    report.state = UnitState::kStale;
+  } else {
+    report.state = report.edited.empty() ? UnitState::kDone : UnitState::kEdited;
   }
-  if (edited) return UnitState::kEdited;
-  if (record.options != unit.options || record.inputs.size() != unit.inputs.size()) {
-    return UnitState::kStale;
-  }
-  for (const fs::path& path : unit.inputs) {
-    if (!unchanged(path, record.inputs)) return UnitState::kStale;
-  }
-  return UnitState::kDone;
+  return report;
 }
 
-std::vector<fs::path> StampBook::EditedOutputs(const Unit& unit) {
-  std::vector<fs::path> edited;
+void StampBook::Begin(const Unit& unit) {
+  WriteRoots();
   Record record;
-  if (!Load(unit, record)) return edited;
-  for (const fs::path& path : unit.outputs) {
-    const auto stored = record.outputs.find(ShortName(path));
-    if (stored != record.outputs.end() && ChangeTime(path) >= 0 && HashOf(path) != stored->second) {
-      edited.push_back(path);
+  if (!Load(unit, record) || !record.begun) {
+    const UnitReport report = Examine(unit);
+    record.kept.clear();
+    for (const fs::path& path : report.edited) {
+      const std::string name = ShortName(path);
+      WriteFile(AsidePath(unit, name), ReadFile(path));
+      record.kept[name] = HashOf(path);
     }
   }
-  return edited;
+  const nlohmann::json json = {{"version", kStampVersion},
+                               {"stage", unit.stage},
+                               {"unit", unit.id},
+                               {"begun", true},
+                               {"kept", record.kept}};
+  WriteFile(StampPath(unit), json.dump(1) + "\n");
+}
+
+std::map<std::string, std::string> StampBook::Restore(const Unit& unit) {
+  Record record;
+  std::map<std::string, std::string> kept;
+  if (!Load(unit, record) || !record.begun) return kept;
+  for (const fs::path& path : unit.outputs) {
+    const std::string name = ShortName(path);
+    const auto edited = record.kept.find(name);
+    const fs::path aside = AsidePath(unit, name);
+    if (edited == record.kept.end() || !fs::exists(aside)) continue;
+    WriteFile(path, ReadFile(aside));
+    known_[path] = edited->second;
+    kept.insert(*edited);
+  }
+  return kept;
+}
+
+void StampBook::Finish(const Unit& unit) {
+  std::map<std::string, std::string> outputs;
+  for (const fs::path& path : unit.outputs) {
+    known_.erase(path);
+    outputs[ShortName(path)] = HashOf(path);
+  }
+  const std::map<std::string, std::string> kept = Restore(unit);
+  Write(unit, outputs, kept);
+  if (!kept.empty()) fs::remove_all(AsidePath(unit, "").parent_path());
+}
+
+void StampBook::Abandon(const Unit& unit) {
+  for (const fs::path& path : unit.outputs) known_.erase(path);
+  (void)Restore(unit);
+}
+
+void StampBook::Write(const Unit& unit,
+                      const std::map<std::string, std::string>& outputs,
+                      const std::map<std::string, std::string>& kept) {
+  nlohmann::json json = {{"version", kStampVersion},
+                         {"stage", unit.stage},
+                         {"unit", unit.id},
+                         {"options", unit.options},
+                         {"inputs", nlohmann::json::object()},
+                         {"outputs", outputs}};
+  for (const fs::path& path : unit.inputs) json["inputs"][ShortName(path)] = HashOf(path);
+  if (!kept.empty()) json["kept"] = kept;
+  WriteFile(StampPath(unit), json.dump(1) + "\n");
 }
 
 void StampBook::Stamp(const Unit& unit) {
-  nlohmann::json json;
-  json["version"] = kStampVersion;
-  json["stage"] = unit.stage;
-  json["unit"] = unit.id;
-  json["options"] = unit.options;
-  json["inputs"] = nlohmann::json::object();
-  json["outputs"] = nlohmann::json::object();
-  for (const fs::path& path : unit.inputs) json["inputs"][ShortName(path)] = HashOf(path);
+  WriteRoots();
+  std::map<std::string, std::string> outputs;
   for (const fs::path& path : unit.outputs) {
     known_.erase(path);
-    json["outputs"][ShortName(path)] = HashOf(path);
+    outputs[ShortName(path)] = HashOf(path);
   }
-  WriteFile(StampPath(unit), json.dump(1) + "\n");
+  Write(unit, outputs, {});
+}
+
+void StampBook::Confirm(const Unit& unit) {
+  WriteRoots();
+  WriteFile(StampPath(unit), ReadFile(StampPath(unit)));
 }
 
 }  // namespace dyxel

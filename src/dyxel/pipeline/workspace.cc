@@ -58,7 +58,7 @@ const TexelGraph& Workspace::graph() {
 const std::vector<Triangle>& Workspace::skin_triangles() {
   return Lazy(mutex_, triangles_, [&] {
     if (!project_.HasGivenGeometry()) return actor().skin.triangles;
-    return ReadPly(GivenMesh(project_.ReflectanceSequences().front(), 0)).triangles;
+    return ReadPly(GivenMesh(project_.ActorSequence().name, 0)).triangles;
   });
 }
 
