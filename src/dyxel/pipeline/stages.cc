@@ -148,7 +148,7 @@ std::vector<Unit> MotionUnits(const Job& job) {
     unit.inputs = MaskFiles(job, *sequence);
     unit.inputs.push_back(job.workspace->ActorFile());
     // The actor's own sequence has poses already.
-    const bool known = sequence == &ActorSequence(job);
+    const bool known = sequence == &job.project().ActorSequence();
     if (known) unit.inputs.push_back(job.workspace->ActorMotionFile());
     unit.outputs = {job.workspace->MotionFile(sequence->name)};
     unit.run = [job, sequence, known](const ProgressFn& progress) {

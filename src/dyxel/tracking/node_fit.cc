@@ -70,7 +70,8 @@ NodeFit::NodeFit(const TrackedBody& body) : body_(&body) {
 NodeFit::Solution NodeFit::Solve(const Observation& observation,
                                  const Pose& start,
                                  const std::vector<Vec3d>& towards,
-                                 const NodeSettings& settings) const {
+                                 const NodeSettings& settings,
+                                 std::span<const Match> seen) const {
   const Actor& actor = body_->actor;
   const std::size_t nodes = joint_of_node_.size();
   PoseEvaluator evaluator(observation, *body_);
@@ -82,12 +83,13 @@ NodeFit::Solution NodeFit::Solve(const Observation& observation,
   const std::vector<Vec3d> held = Turn(towards, frames, joint_of_node_);
 
   Solution best{pose};
+  const std::vector<Vec3d> from = shift;
   const auto n = static_cast<Eigen::Index>(3 * nodes);
   Eigen::SimplicialLDLT<Sparse> solver;
   for (int round = 0; round <= settings.rounds; ++round) {
     const PoseState state = evaluator.Evaluate(pose);
     if (round == 0 && start.shifts.empty()) best.before = state.mismatch;
-    if (round == 0 || state.mismatch < best.mismatch) {
+    if (round == 0 || !seen.empty() || state.mismatch < best.mismatch) {
       best.pose = pose;
       best.mismatch = state.mismatch;
     }
@@ -95,15 +97,29 @@ NodeFit::Solution NodeFit::Solve(const Observation& observation,
     const float narrow = round < 2 ? 1.0F : 0.5F;
     std::vector<VertexEvidence> evidence(actor.skin.positions.size());
     double total = 0;
+    const auto add = [&](const Match& m, double residual) {
+      const double w = static_cast<double>(
+          m.length * RobustWeight(static_cast<float>(residual), narrow * kScale));
+      const Vec3d g = m.gradient.cast<double>();
+      VertexEvidence& e = evidence[static_cast<std::size_t>(m.vertex)];
+      e.matrix += w * g * g.transpose();
+      e.gradient += w * residual * g;
+      total += w;
+    };
     for (const auto& list : evaluator.Matches(state, narrow * kReach)) {
-      for (const Match& m : list) {
-        const double w = static_cast<double>(m.length * RobustWeight(m.residual, narrow * kScale));
-        const Vec3d g = m.gradient.cast<double>();
-        VertexEvidence& e = evidence[static_cast<std::size_t>(m.vertex)];
-        e.matrix += w * g * g.transpose();
-        e.gradient += w * static_cast<double>(m.residual) * g;
-        total += w;
+      for (const Match& m : list) add(m, static_cast<double>(m.residual));
+    }
+    // What was seen at the start, from where the skin is now.
+    for (const Match& m : seen) {
+      const auto v = static_cast<std::size_t>(m.vertex);
+      Vec3d moved = Vec3d::Zero();
+      for (std::size_t k = 0; k < 4; ++k) {
+        const int node = node_of_joint_[static_cast<std::size_t>(actor.joint_indices[v][k])];
+        if (node < 0) continue;
+        moved += static_cast<double>(actor.joint_weights[v][k]) *
+                 (shift[static_cast<std::size_t>(node)] - from[static_cast<std::size_t>(node)]);
       }
+      add(m, static_cast<double>(m.residual) + m.gradient.cast<double>().dot(moved));
     }
     if (!(total > 0)) break;
     const double unit = total / static_cast<double>(nodes);

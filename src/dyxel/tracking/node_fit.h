@@ -28,10 +28,13 @@ class NodeFit {
     double before = 1, mismatch = 1;  // (T1), without any shift and with these
   };
   // From pose.shifts (or none); `towards` (N, nodes' frames) is what inertia holds to, or empty.
+  // `seen` are further residuals, of where the pose puts the skin: with them the last round's
+  // shifts are taken, since the overlap does not judge them.
   [[nodiscard]] Solution Solve(const Observation& observation,
                                const Pose& pose,
                                const std::vector<Vec3d>& towards,
-                               const NodeSettings& settings) const;
+                               const NodeSettings& settings,
+                               std::span<const Match> seen = {}) const;
 
  private:
   const TrackedBody* body_;

@@ -115,8 +115,8 @@ struct ActorFit {
 
 // The motion with shifts of the actor's nodes (body/nodes.h), so that what the bones leave, cloth
 // above all, meets the silhouettes too; docs/method.md (G3). Poses and confidences stay. Where the
-// shifts of the whole sequence explain less than a quarter of the mismatch there are none: it is then
-// the silhouettes that are wrong, and each in its own way.
+// shifts of the whole sequence explain less than a quarter of the mismatch there are none: it is
+// then the silhouettes that are wrong, and each in its own way.
 [[nodiscard]] Motion FitShifts(const SilhouetteSet& silhouettes,
                                const Actor& actor_with_nodes,
                                Motion motion,
