@@ -21,7 +21,7 @@ class MapFilesTest : public ::testing::Test {
     fs::remove_all(folder_);
     const TriangleMesh mesh = MakeSphere(Vec3f(0, 0, 1), 0.5F, 8);
     positions_ = mesh.positions;
-    atlas_ = MakeGivenAtlas(mesh.positions, mesh.triangles, {}, 64);
+    atlas_ = MakeGivenAtlas(mesh.positions, mesh.triangles, {}, {.size = 64});
     grid_ = MakeTexelGrid(atlas_);
   }
   // What reading is refused with.

@@ -78,6 +78,7 @@ OptionTable PipelineOptions::Table() {
   table.Add("textures", textures);
   table.Add("reflectance", reflectance_sequence);
   table.Add("reflectance", reflectance);
+  table.Add("registration", registration);
   table.Add("normals", normals);
   table.Add("render", render);
   return table;

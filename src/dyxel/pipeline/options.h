@@ -10,6 +10,7 @@
 #include "dyxel/reflectance/fit.h"
 #include "dyxel/render/renderer.h"
 #include "dyxel/texture/mvv_textures.h"
+#include "dyxel/tracking/registration.h"
 #include "dyxel/tracking/silhouettes.h"
 #include "dyxel/tracking/track.h"
 
@@ -37,6 +38,7 @@ struct PipelineOptions {
   TextureOptions textures;
   SequenceOptions reflectance_sequence;
   ReflectanceOptions reflectance;
+  RegistrationOptions registration;
   NormalOptions normals;
   RenderOptions render;
 

@@ -111,7 +111,7 @@ std::vector<fs::path> SurfaceFiles(const Job& job, const Sequence& sequence, int
     files.push_back(job.workspace->GivenMesh(sequence.name, frame));
   } else {
     files.push_back(job.workspace->ActorFile());
-    files.push_back(job.workspace->MotionFile(sequence.name));
+    files.push_back(job.workspace->SurfaceMotionFile(sequence.name));
   }
   return files;
 }

@@ -14,7 +14,9 @@
 #include "dyxel/pipeline/capture_fingerprint.h"
 #include "dyxel/pipeline/reflectance_files.h"
 #include "dyxel/pipeline/stage_inputs.h"
+#include "dyxel/render/renderer.h"
 #include "dyxel/texture/texture_files.h"
+#include "dyxel/tracking/registration.h"
 #include "dyxel/tracking/silhouettes.h"
 #include "dyxel/tracking/track.h"
 #include "dyxel/video/actor_gltf.h"
@@ -203,11 +205,36 @@ std::vector<Unit> AtlasUnits(const Job& job) {
   return {unit};
 }
 
+// Predicts the pictures of a sequence from the project's reflectance and the sequence's lamps.
+PredictPictures PicturePredictor(const Job& job, const Sequence& sequence) {
+  const auto maps = std::make_shared<const MaterialMaps>(ReadMaterialMaps(job.ReflectanceFolder()));
+  return [job, &sequence, maps](std::size_t frame, std::span<const Vec3f> positions) {
+    const Project& project = job.project();
+    const Atlas& atlas = job.workspace->atlas();
+    RenderOptions options = project.options.render;
+    options.samples = 1;
+    const PosedSurface surface = PoseSurface(atlas, job.workspace->skin_triangles(), positions);
+    const RenderSurface shown{&atlas, &surface, maps.get(), &maps->normal};
+    Lighting lighting;
+    lighting.lights = project.capture.LightsOf(sequence, static_cast<int>(frame));
+    const PreparedLighting prepared(shown, lighting, options);
+    const std::vector<Camera> cameras = EstimationCamerasOf(project.capture);
+    std::vector<PredictedPicture> pictures(cameras.size());
+    ParallelFor(cameras.size(), [&](std::size_t c) {
+      const std::vector<Pass> passes = {Pass::kBeauty, Pass::kDepth};
+      std::vector<ImageF> drawn = RenderPasses(shown, cameras[c], prepared, passes, options);
+      pictures[c] = {std::move(drawn[0]), std::move(drawn[1])};
+    });
+    return pictures;
+  };
+}
+
 std::string SurfaceOptions(const Job& job) {
   return fmt::format("smooth_normals={}\n", job.project().inputs.smooth_normals);
 }
 
-std::vector<Unit> TextureUnits(const Job& job) {
+// Of the sequences whose surface is registered first, or of the others.
+std::vector<Unit> TextureUnitsOf(const Job& job, const std::string& stage, bool registered) {
   std::vector<Unit> units;
   PipelineOptions options = job.project().options;
   const std::string fingerprint = options.Table().Fingerprint("textures") + SurfaceOptions(job) +
@@ -218,9 +245,10 @@ std::vector<Unit> TextureUnits(const Job& job) {
   for (const Sequence* sequence : AllSequences(job)) {
     // Nothing is fitted to what an environment lights.
     if (wanted.count(sequence->name) == 0 || !IsLit(*sequence) || sequence->environment) continue;
+    if (job.workspace->IsRegistered(sequence->name) != registered) continue;
     for (int frame = 0; frame < sequence->count; ++frame) {
       Unit unit;
-      unit.stage = "textures";
+      unit.stage = stage;
       unit.id = sequence->name + "/" + Project::FrameName(*sequence, frame);
       unit.options = fingerprint + PictureFingerprint(capture, *sequence) +
                      LightFingerprint(capture, *sequence, frame, frame + 1);
@@ -249,6 +277,63 @@ std::vector<Unit> TextureUnits(const Job& job) {
       };
       units.push_back(std::move(unit));
     }
+  }
+  return units;
+}
+
+std::vector<Unit> TextureUnits(const Job& job) { return TextureUnitsOf(job, "textures", false); }
+std::vector<Unit> DssTextureUnits(const Job& job) {
+  return TextureUnitsOf(job, "dss_textures", true);
+}
+
+std::vector<Unit> RegistrationUnits(const Job& job) {
+  std::vector<Unit> units;
+  if (!job.fit.empty()) return units;  // surfaces are the project's own, whatever is fitted on them
+  PipelineOptions options = job.project().options;
+  const OptionTable table = options.Table();
+  const Capture& capture = job.project().capture;
+  for (const std::string& name : job.dynamic) {
+    if (!job.workspace->IsRegistered(name)) continue;
+    const Sequence& sequence = capture.FindSequence(name);
+    Unit unit;
+    unit.stage = "registration";
+    unit.id = name;
+    unit.options = table.Fingerprint("registration") + table.Fingerprint("motion") +
+                   RigFingerprint(capture) + PictureFingerprint(capture, sequence) +
+                   LightFingerprint(capture, sequence, 0, sequence.count);
+    unit.inputs = MaskFiles(job, sequence);
+    Append(unit.inputs, AtlasFiles(job.workspace->AtlasFolder(), true));
+    Append(unit.inputs, ReflectanceFiles(job.ReflectanceFolder()));
+    unit.inputs.push_back(job.workspace->ActorFile());
+    unit.inputs.push_back(job.workspace->MotionFile(name));
+    for (int frame = 0; frame < sequence.count; ++frame) {
+      for (const int camera : capture.EstimationCameras()) {
+        if (!HasFrame(capture, sequence, camera, frame)) continue;
+        unit.inputs.push_back(FramePath(capture, sequence, camera, frame));
+      }
+    }
+    std::sort(unit.inputs.begin(), unit.inputs.end());
+    unit.inputs.erase(std::unique(unit.inputs.begin(), unit.inputs.end()), unit.inputs.end());
+    unit.outputs = {job.workspace->RegistrationFile(name)};
+    unit.run = [job, &sequence](const ProgressFn& progress) {
+      const Project& project = job.project();
+      const Actor& actor = job.workspace->actor();
+      const Motion tracked = ReadMotion(job.workspace->MotionFile(sequence.name), actor.skeleton);
+      const SilhouetteSet silhouettes = LoadSilhouettes(job, sequence);
+      const Motion registered = RegisterMotion(
+          silhouettes,
+          actor,
+          tracked,
+          PicturePredictor(job, sequence),
+          [&](std::size_t frame, std::span<const Vec3f> positions) {
+            return ReadCrops(project.capture, sequence, static_cast<int>(frame), positions);
+          },
+          project.options.registration,
+          project.options.motion,
+          progress);
+      WriteMotion(job.workspace->RegistrationFile(sequence.name), actor.skeleton, registered);
+    };
+    units.push_back(std::move(unit));
   }
   return units;
 }
@@ -386,6 +471,12 @@ const std::vector<Stage>& Stages() {
       {"atlas", "actor", "atlas/", "all", AtlasUnits},
       {"textures", "capture, motion, atlas", "textures/SEQ/", "frame", TextureUnits},
       {"reflectance", "textures/RES", "reflectance/", "all", ReflectanceUnits},
+      {"registration",
+       "capture, motion/DSS, reflectance",
+       "registration/DSS.json",
+       "sequence",
+       RegistrationUnits},
+      {"dss_textures", "capture, registration, atlas", "textures/DSS/", "frame", DssTextureUnits},
       {"normals", "textures/DSS, reflectance", "normals/SEQ/0000.exr", "chunk", NormalUnits},
       {"video", "motion, reflectance, normals", "video/SEQ.glb", "sequence", VideoUnits},
   };

@@ -1,10 +1,13 @@
 #include "dyxel/pipeline/workspace.h"
 
+#include <algorithm>
+
 #include "dyxel/base/error.h"
 #include "dyxel/body/motion_io.h"
 #include "dyxel/body/nodes.h"
 #include "dyxel/mesh/texel_grid.h"
 #include "dyxel/pipeline/atlas_files.h"
+#include "dyxel/pipeline/stage_inputs.h"
 #include "dyxel/video/actor_gltf.h"
 
 namespace dyxel {
@@ -32,15 +35,27 @@ const Actor& Workspace::actor() {
 const Motion& Workspace::motion(const std::string& sequence) {
   const std::scoped_lock lock(mutex_);
   return Lazy(mutex_, motions_[sequence], [&] {
-    Motion motion = ReadMotion(MotionFile(sequence), actor().skeleton);
+    const fs::path file = SurfaceMotionFile(sequence);
+    Motion motion = ReadMotion(file, actor().skeleton);
     const int count = project_.capture.FindSequence(sequence).count;
     if (static_cast<int>(motion.poses.size()) != count) {
-      throw FileError(MotionFile(sequence),
+      throw FileError(file,
                       fmt::format("has {} poses for {} frames", motion.poses.size(), count),
                       "Delete it and run again");
     }
     return motion;
   });
+}
+
+bool Workspace::IsRegistered(const std::string& sequence) const {
+  if (project_.HasGivenGeometry() || project_.options.registration.rounds == 0) return false;
+  const std::vector<std::string> fitted = project_.ReflectanceSequences();
+  const std::vector<std::string> dynamic = project_.DynamicSequences();
+  const auto has = [&](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), sequence) != names.end();
+  };
+  return !fitted.empty() && !has(fitted) && has(dynamic) &&
+         HasLamps(project_.capture.FindSequence(sequence));
 }
 
 const Atlas& Workspace::atlas() {

@@ -25,6 +25,7 @@ class Workspace {
   [[nodiscard]] const Actor& bones();
   // The same with the nodes that motions shift (body/nodes.h).
   [[nodiscard]] const Actor& actor();
+  // What SurfaceMotionFile() holds.
   [[nodiscard]] const Motion& motion(const std::string& sequence);
   [[nodiscard]] const Atlas& atlas();
   [[nodiscard]] const TexelGrid& grid();
@@ -52,6 +53,15 @@ class Workspace {
   }
   [[nodiscard]] std::filesystem::path MotionFile(const std::string& sequence) const {
     return project_.folder / "motion" / (sequence + ".json");
+  }
+  [[nodiscard]] std::filesystem::path RegistrationFile(const std::string& sequence) const {
+    return project_.folder / "registration" / (sequence + ".json");
+  }
+  // True for a DSS under lamps whose tracked surface is registered to its pictures.
+  [[nodiscard]] bool IsRegistered(const std::string& sequence) const;
+  // The motion that poses a sequence's surface: the registered one, or the tracked one.
+  [[nodiscard]] std::filesystem::path SurfaceMotionFile(const std::string& sequence) const {
+    return IsRegistered(sequence) ? RegistrationFile(sequence) : MotionFile(sequence);
   }
   [[nodiscard]] std::filesystem::path AtlasFolder() const { return project_.folder / "atlas"; }
   [[nodiscard]] std::filesystem::path MaskFile(const std::string& sequence,
