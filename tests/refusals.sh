@@ -18,5 +18,5 @@ expect 3 "$dyxel" run "$out/nowhere" -o "$out/refused/x"
 test "$(wc -l <"$out/refused/err")" -le 3
 mv "$out/refused/capture/res/cam0/0000.exr" "$out/refused/aside.exr"
 expect 3 "$dyxel" run "$out/refused/capture" -o "$out/refused/y"
-grep -q 'res/cam0/0000.exr' "$out/refused/err"
+grep -q 'res/cam0/{frame:04}.exr: 1 of 8 frames are missing' "$out/refused/err"
 test ! -e "$out/refused/y/silhouettes"

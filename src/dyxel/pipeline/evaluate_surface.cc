@@ -116,8 +116,9 @@ void MeasureAlignment(const Evaluation& e, const Sequence& sequence) {
     std::optional<MvvTextures> textures = TexturesOf(*e.job, sequence, frame);
     if (!textures) continue;
     const PosedSurface surface = workspace.Posed(sequence.name, frame);
+    std::vector<TexturedView> views(cameras.size());
     for (std::size_t c = 0; c < cameras.size(); ++c) {
-      e.Progress(frame + static_cast<double>(c) / static_cast<double>(cameras.size()),
+      e.Progress(frame + static_cast<double>(c) / static_cast<double>(2 * cameras.size()),
                  sequence.count);
       if (!HasFrame(capture, sequence, indices[c], frame)) continue;
       // What the other cameras saw.
@@ -126,13 +127,20 @@ void MeasureAlignment(const Evaluation& e, const Sequence& sequence) {
       const BlendedTexture blend =
           BlendTexture(workspace.atlas(), workspace.grid(), surface, cameras, *textures);
       std::swap(own, textures->weight[c]);
-      const TexturedView view =
+      views[c] =
           ViewTextured(workspace, surface, blend, cameras[c], e.job->project().options.render);
+    }
+    // Flow runs on one thread: the cameras side by side.
+    std::vector<FlowMeasure> flows(cameras.size());
+    ParallelFor(cameras.size(), [&](std::size_t c) {
+      if (views[c].mask.empty()) return;
       const ImageF recorded = ReadFrame(capture, sequence, indices[c], frame).image;
       const ImageU8 mask = RecordedMask(e, sequence, indices[c], frame);
       const double scale = DisplayScale(recorded, mask);
-      if (!std::isfinite(scale)) continue;
-      const FlowMeasure flow = MeasureFlow(recorded, mask, view.radiance, view.mask, scale);
+      if (!std::isfinite(scale)) return;
+      flows[c] = MeasureFlow(recorded, mask, views[c].radiance, views[c].mask, scale);
+    });
+    for (const FlowMeasure& flow : flows) {
       if (flow.pixels <= 0) continue;
       length += flow.mean_px * flow.pixels;
       pixels += flow.pixels;
