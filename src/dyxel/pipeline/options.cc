@@ -22,7 +22,9 @@ OptionValue FromToml(const toml::node& node, const std::string& key, const std::
     std::vector<std::string> list;
     for (const toml::node& item : *array) {
       const auto* text = item.as_string();
-      Require(text != nullptr, Fault::kUsage, "{}: {} must be a list of texts.", file, key);
+      if (text == nullptr) {
+        throw Error(Fault::kUsage, fmt::format("{}: {} must be a list of texts.", file, key));
+      }
       list.push_back(text->get());
     }
     return list;

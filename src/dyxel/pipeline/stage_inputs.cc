@@ -156,6 +156,7 @@ DyxelSource SourceOf(const Job& job, const std::string& sequence_name, int begin
 
 DyxelSource SourceOf(const Job& job, const std::vector<std::string>& sequences) {
   std::vector<FrameRange> ranges;
+  ranges.reserve(sequences.size());
   for (const std::string& name : sequences) {
     ranges.push_back({name, 0, job.project().capture.FindSequence(name).count});
   }

@@ -8,6 +8,7 @@
 #include "dyxel/base/atomic_file.h"
 #include "dyxel/base/error.h"
 #include "dyxel/base/random.h"
+#include "dyxel/body/nodes.h"
 #include "dyxel/video/actor_gltf.h"
 #include "dyxel/video/glb.h"
 #include "dyxel/video/gltf_read.h"
@@ -210,6 +211,32 @@ TEST_F(GltfTest, AnyViewerPlaysTheMotionWithYUp) {
       const Vec3f& x = skin[static_cast<std::size_t>(video.atlas.skin_vertex[c])];
       ASSERT_LT((played[c] - Vec3f(x.x(), x.z(), -x.y())).norm(), 1e-5F) << frame << " " << c;
     }
+  }
+}
+
+TEST_F(GltfTest, NodesRoundTripAndPlayInAnyViewer) {
+  RelightableVideo video = MakeEgg(12, 20, 32);
+  video.actor = WithNodes(*video.actor, 0.2);
+  const int nodes = video.actor->skeleton.NumNodes();
+  ASSERT_GT(nodes, 3);
+  Random random(11);
+  const auto units = [&] { return kShiftUnit * std::round(3000 * random.Normal()); };
+  for (Pose& pose : video.motion.poses) {
+    for (int k = 0; k < nodes; ++k) pose.shifts.emplace_back(units(), units(), units());
+  }
+  WriteVideo(folder_ / "v.glb", video);
+  const RelightableVideo back = ReadVideo(folder_ / "v.glb");
+  ASSERT_EQ(back.motion.poses.size(), video.motion.poses.size());
+  for (std::size_t f = 0; f < video.motion.poses.size(); ++f) {
+    EXPECT_EQ(back.motion.poses[f].shifts, video.motion.poses[f].shifts);
+  }
+  EXPECT_EQ(SkinPositionsAt(back, 2.5), SkinPositionsAt(video, 2.5));
+  const GlbFile glb(ReadFile(folder_ / "v.glb"), "v.glb");
+  const std::vector<Vec3f> played = PlayGltf(glb, 3);
+  const std::vector<Vec3f> skin = SkinPositionsAt(video, 3);
+  for (std::size_t c = 0; c < played.size(); ++c) {
+    const Vec3f& x = skin[static_cast<std::size_t>(video.atlas.skin_vertex[c])];
+    ASSERT_LT((played[c] - Vec3f(x.x(), x.z(), -x.y())).norm(), 2e-5F) << c;
   }
 }
 
