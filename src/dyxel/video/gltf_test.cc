@@ -24,13 +24,15 @@ using test_scene::MakeEgg;
 using test_scene::MakeSurfaceEgg;
 
 class GltfTest : public testing::Test {
- protected:
+ public:
   GltfTest()
       : folder_(std::filesystem::path(testing::TempDir()) /
                 testing::UnitTest::GetInstance()->current_test_info()->name()) {
     std::filesystem::create_directories(folder_);
   }
   ~GltfTest() override { std::filesystem::remove_all(folder_); }
+
+ protected:
   std::filesystem::path folder_;
 };
 

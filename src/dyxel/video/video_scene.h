@@ -22,7 +22,8 @@ inline RelightableVideo MakeEgg(int rings, int sectors, int atlas_size) {
     if (i == rings) return 1;
     return 2 + (i - 1) * sectors + j % sectors;
   };
-  actor.skin.positions.resize(static_cast<std::size_t>(2 + (rings - 1) * sectors));
+  const int skin_vertices = 2 + (rings - 1) * sectors;
+  actor.skin.positions.resize(static_cast<std::size_t>(skin_vertices));
   actor.joint_indices.assign(actor.skin.positions.size(), {0, 1, 0, 0});
   actor.joint_weights.resize(actor.skin.positions.size());
   video.atlas.size = atlas_size;
