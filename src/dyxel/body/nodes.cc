@@ -19,7 +19,7 @@ constexpr std::size_t kInfluences = 4;
 // nearest first, and goes on from those where it returns true.
 class Walk {
  public:
-  Walk(const TriangleMesh& mesh)
+  explicit Walk(const TriangleMesh& mesh)
       : mesh_(mesh),
         neighbours_(NeighboursOfVertices(mesh.triangles, static_cast<int>(mesh.positions.size()))),
         best_(mesh.positions.size(), kFar) {}

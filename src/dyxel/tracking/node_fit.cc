@@ -44,15 +44,15 @@ NodeFit::NodeFit(const TrackedBody& body) : body_(&body) {
     node_of_joint_[j] = static_cast<int>(joint_of_node_.size());
     joint_of_node_.push_back(j);
   }
-  neighbours_.resize(joint_of_node_.size());
+  std::vector<std::vector<int>> rings(joint_of_node_.size());
   for (const std::array<int, 2>& edge : NodeEdges(actor)) {
-    neighbours_[static_cast<std::size_t>(edge[0])].push_back(edge[1]);
-    neighbours_[static_cast<std::size_t>(edge[1])].push_back(edge[0]);
+    rings[static_cast<std::size_t>(edge[0])].push_back(edge[1]);
+    rings[static_cast<std::size_t>(edge[1])].push_back(edge[0]);
   }
   const auto n = static_cast<Eigen::Index>(joint_of_node_.size());
   std::vector<Eigen::Triplet<double>> rows;
   for (Eigen::Index i = 0; i < n; ++i) {
-    const std::vector<int>& ring = neighbours_[static_cast<std::size_t>(i)];
+    const std::vector<int>& ring = rings[static_cast<std::size_t>(i)];
     if (ring.empty()) continue;
     rows.emplace_back(i, i, 1.0);
     for (const int j : ring) rows.emplace_back(i, j, -1.0 / static_cast<double>(ring.size()));
@@ -82,6 +82,7 @@ NodeFit::Solution NodeFit::Solve(const Observation& observation,
   std::vector<Vec3d> shift = Turn(pose.shifts, frames, joint_of_node_);
   const std::vector<Vec3d> held = Turn(towards, frames, joint_of_node_);
 
+  const bool unjudged = !seen.empty() || (!held.empty() && settings.inertia > 0);
   Solution best{pose};
   const std::vector<Vec3d> from = shift;
   const auto n = static_cast<Eigen::Index>(3 * nodes);
@@ -89,7 +90,7 @@ NodeFit::Solution NodeFit::Solve(const Observation& observation,
   for (int round = 0; round <= settings.rounds; ++round) {
     const PoseState state = evaluator.Evaluate(pose);
     if (round == 0 && start.shifts.empty()) best.before = state.mismatch;
-    if (round == 0 || !seen.empty() || state.mismatch < best.mismatch) {
+    if (round == 0 || unjudged || state.mismatch < best.mismatch) {
       best.pose = pose;
       best.mismatch = state.mismatch;
     }
@@ -184,6 +185,13 @@ NodeFit::Solution NodeFit::Solve(const Observation& observation,
     }
   }
   return best;
+}
+
+std::vector<Vec3d> ShiftsBeside(const std::vector<Pose>& poses, std::size_t t) {
+  if (poses.size() < 2) return {};
+  const Pose& left = poses[t > 0 ? t - 1 : t + 1];
+  const Pose& right = poses[t + 1 < poses.size() ? t + 1 : t - 1];
+  return InterpolatePoses(left, right, 0.5).shifts;
 }
 
 }  // namespace dyxel::internal

@@ -16,8 +16,8 @@ struct NodeSettings {
 };
 
 // Where the silhouettes say nothing the shifts follow their neighbours, and are none far from all
-// that is seen. The shifts that overlap best on the way are taken. Keeps what depends on the
-// actor's topology only; Solve() may be called from several threads.
+// that is seen. Keeps what depends on the actor's topology only; Solve() may be called from several
+// threads. Embedded deformation after Sumner, Schmid and Pauly (2007).
 class NodeFit {
  public:
   // `body` is an actor with nodes, simplified or not; it must outlive this.
@@ -28,8 +28,9 @@ class NodeFit {
     double before = 1, mismatch = 1;  // (T1), without any shift and with these
   };
   // From pose.shifts (or none); `towards` (N, nodes' frames) is what inertia holds to, or empty.
-  // `seen` are further residuals, of where the pose puts the skin: with them the last round's
-  // shifts are taken, since the overlap does not judge them.
+  // `seen` are further residuals (metres), of where the pose puts the skin. The shifts that overlap
+  // best on the way are taken; with inertia or further residuals, which the overlap does not judge,
+  // the last round's.
   [[nodiscard]] Solution Solve(const Observation& observation,
                                const Pose& pose,
                                const std::vector<Vec3d>& towards,
@@ -40,8 +41,10 @@ class NodeFit {
   const TrackedBody* body_;
   std::vector<int> node_of_joint_;                  // -1 for bones
   std::vector<std::size_t> joint_of_node_;          // (N)
-  std::vector<std::vector<int>> neighbours_;        // (N) of each node
   std::vector<Eigen::Triplet<double>> smoothness_;  // of LᵀL (N, N), L the graph's Laplacian
 };
+
+// The mean of the shifts (N) of the time steps beside frame `t`; empty where there are none.
+[[nodiscard]] std::vector<Vec3d> ShiftsBeside(const std::vector<Pose>& poses, std::size_t t);
 
 }  // namespace dyxel::internal

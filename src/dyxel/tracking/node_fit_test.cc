@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "dyxel/body/nodes.h"
 #include "dyxel/mesh/closest_point.h"
 #include "dyxel/tracking/sequence_tracker.h"
 #include "dyxel/tracking/synthetic_rig.h"
@@ -13,19 +12,14 @@ namespace {
 
 using internal::DrawSilhouettes;
 using internal::RingOfCameras;
-using internal::SmallBody;
-
-const Actor& Noded() {
-  static const Actor actor = WithNodes(SmallBody(), 0.09);
-  return actor;
-}
+using internal::SmallNodedBody;
 
 // Cloth that stands off the trunk by up to `most` metres, farther on one side and lower down.
 std::vector<Vec3d> Flared(double most) {
   std::vector<Vec3d> shifts;
-  const std::vector<Vec3d> rest = Noded().skeleton.RestPositions();
+  const std::vector<Vec3d> rest = SmallNodedBody().skeleton.RestPositions();
   for (std::size_t j = 0; j < rest.size(); ++j) {
-    if (!Noded().skeleton.joints[j].IsNode()) continue;
+    if (!SmallNodedBody().skeleton.joints[j].IsNode()) continue;
     const Vec3d x = rest[j];
     const bool trunk = std::abs(x.y()) < 0.25 && x.z() > 0.75 && x.z() < 1.3;
     const double amount =
@@ -38,10 +32,10 @@ std::vector<Vec3d> Flared(double most) {
 std::vector<Pose> Poses(std::size_t count) {
   std::vector<Pose> poses;
   for (std::size_t t = 0; t < count; ++t) {
-    Pose pose = Noded().skeleton.RestPose();
+    Pose pose = SmallNodedBody().skeleton.RestPose();
     pose.root_rotation =
         Quatd(Eigen::AngleAxisd(0.4 + 0.5 * static_cast<double>(t), Vec3d::UnitZ()));
-    internal::Angle(Noded().skeleton, pose, "l_elbow_flexion") = 0.6;
+    internal::Angle(SmallNodedBody().skeleton, pose, "l_elbow_flexion") = 0.6;
     poses.push_back(pose);
   }
   return poses;
@@ -49,8 +43,9 @@ std::vector<Pose> Poses(std::size_t count) {
 
 // From the skin of `a` to the surface of `b`: silhouettes don't see what moves along it.
 double MeanDistance(const Pose& a, const Pose& b) {
-  const ClosestPointTree surface(SkinPositions(Noded(), b), Noded().skin.triangles);
-  const std::vector<Vec3f> x = SkinPositions(Noded(), a);
+  const ClosestPointTree surface(SkinPositions(SmallNodedBody(), b),
+                                 SmallNodedBody().skin.triangles);
+  const std::vector<Vec3f> x = SkinPositions(SmallNodedBody(), a);
   double sum = 0;
   for (const Vec3f& v : x) sum += static_cast<double>(surface.Find(v).distance);
   return sum / static_cast<double>(x.size());
@@ -60,9 +55,9 @@ TEST(FitShifts, FindsFlaredCloth) {
   const std::vector<Pose> poses = Poses(2);
   std::vector<Pose> truth = poses;
   for (Pose& pose : truth) pose.shifts = Flared(0.06);
-  const SilhouetteSet set = DrawSilhouettes(RingOfCameras(8, 400), Noded(), truth);
+  const SilhouetteSet set = DrawSilhouettes(RingOfCameras(8, 400), SmallNodedBody(), truth);
   Motion motion{poses, {1, 1}};
-  motion = FitShifts(set, Noded(), motion);
+  motion = FitShifts(set, SmallNodedBody(), motion);
   for (std::size_t t = 0; t < poses.size(); ++t) {
     ASSERT_FALSE(motion.poses[t].shifts.empty());
     EXPECT_LT(MeanDistance(motion.poses[t], truth[t]), 0.5 * MeanDistance(poses[t], truth[t]));
@@ -76,9 +71,9 @@ TEST(FitShifts, FindsFlaredCloth) {
 
 TEST(FitShifts, LeavesASkinThatFits) {
   const std::vector<Pose> poses = Poses(2);
-  const SilhouetteSet set = DrawSilhouettes(RingOfCameras(8, 400), Noded(), poses);
+  const SilhouetteSet set = DrawSilhouettes(RingOfCameras(8, 400), SmallNodedBody(), poses);
   Motion motion{poses, {1, 1}};
-  motion = FitShifts(set, Noded(), motion);
+  motion = FitShifts(set, SmallNodedBody(), motion);
   for (std::size_t t = 0; t < poses.size(); ++t) {
     EXPECT_LT(MeanDistance(motion.poses[t], poses[t]), 0.002);
   }
@@ -89,12 +84,25 @@ TEST(FitShifts, IsSteadiedByTheStepsBesideIt) {
   const std::vector<Pose> poses = Poses(3);
   std::vector<Pose> truth = poses;
   for (Pose& pose : truth) pose.shifts = Flared(0.06);
-  SilhouetteSet set = DrawSilhouettes(RingOfCameras(8, 400), Noded(), truth);
+  SilhouetteSet set = DrawSilhouettes(RingOfCameras(8, 400), SmallNodedBody(), truth);
   for (std::size_t c = 1; c < 8; ++c) set.masks[1][c] = {};
   const Motion motion{poses, {1, 1, 1}};
-  const Motion loose = FitShifts(set, Noded(), motion, {.node_inertia = 0});
-  const Motion held = FitShifts(set, Noded(), motion, {.node_inertia = 1});
+  const Motion loose = FitShifts(set, SmallNodedBody(), motion, {.node_inertia = 0});
+  const Motion held = FitShifts(set, SmallNodedBody(), motion, {.node_inertia = 1});
   EXPECT_LT(MeanDistance(held.poses[1], truth[1]), MeanDistance(loose.poses[1], truth[1]));
+}
+
+TEST(FitShifts, InertiaHoldsAStepThatItsSilhouettesPullAway) {
+  const std::vector<Pose> poses = Poses(3);
+  std::vector<Pose> truth = poses;
+  truth[0].shifts = truth[2].shifts = Flared(0.06);
+  const SilhouetteSet set = DrawSilhouettes(RingOfCameras(8, 400), SmallNodedBody(), truth);
+  const Motion motion{poses, {1, 1, 1}};
+  const Motion loose = FitShifts(set, SmallNodedBody(), motion, {.node_inertia = 0});
+  const Motion held = FitShifts(set, SmallNodedBody(), motion, {.node_inertia = 1});
+  Pose beside = poses[1];
+  beside.shifts = truth[0].shifts;
+  EXPECT_LT(MeanDistance(held.poses[1], beside), 0.85 * MeanDistance(loose.poses[1], beside));
 }
 
 }  // namespace

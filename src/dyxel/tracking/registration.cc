@@ -5,6 +5,8 @@
 
 #include "dyxel/base/parallel.h"
 #include "dyxel/image/flow.h"
+#include "dyxel/image/metrics.h"
+#include "dyxel/image/sampling.h"
 #include "dyxel/tracking/node_fit.h"
 #include "dyxel/tracking/sequence_tracker.h"
 
@@ -21,32 +23,18 @@ constexpr float kReturn = 1.0F;            // pixels, and a tenth of the flow: f
 constexpr float kStructure = 0.15F;        // of the tensor's eigenvalues: half weight
 constexpr double kInertia = 0.02;
 
-// Display luminance of `channels`-channel radiance in a window, white at 1/`scale`.
+// Luminance as displayed of the radiance (3 or 4 channels) in a window [h][w][1], white at
+// 1/`scale`; no value (NaN) is black.
 ImageF Luminance(const ImageF& radiance, const Rect& window, float scale) {
   ImageF out(window.width, window.height, 1);
   for (int y = 0; y < window.height; ++y) {
     for (int x = 0; x < window.width; ++x) {
       const float* c = &radiance.data[radiance.Index(window.x + x, window.y + y)];
-      const float l = 0.2126F * c[0] + 0.7152F * c[1] + 0.0722F * c[2];
-      // NaN (no value) becomes black.
-      out.At(x, y) = l * scale > 0 ? std::pow(std::min(l * scale, 1.0F), 1 / 2.2F) : 0.0F;
+      const float l = scale * (0.2126F * c[0] + 0.7152F * c[1] + 0.0722F * c[2]);
+      out.At(x, y) = l > 0 ? SrgbFromLinear(std::min(l, 1.0F)) : 0.0F;
     }
   }
   return out;
-}
-
-// 1 over the 99th percentile of green inside the mask; 0 where hardly anything is inside.
-float DisplayScaleOf(const ImageF& picture, const ImageU8& mask) {
-  std::vector<float> values;
-  for (std::size_t i = 0; i < mask.data.size(); ++i) {
-    if (mask.data[i] != 0 && std::isfinite(picture.data[3 * i + 1])) {
-      values.push_back(picture.data[3 * i + 1]);
-    }
-  }
-  if (values.size() < 100) return 0;
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
-  std::nth_element(values.begin(), at, values.end());
-  return 1 / std::max(*at, 1e-6F);
 }
 
 // The two directions of a picture's structure around a pixel, the stronger first.
@@ -112,8 +100,8 @@ void AddFlow(const Camera& camera,
       seen.At(x, y) = silhouette.At(window.x + x, window.y + y) >= 128 ? 255 : 0;
     }
   }
-  const float scale = DisplayScaleOf(recorded.image, seen);
-  if (scale == 0) return;
+  const auto scale = static_cast<float>(DisplayScale(recorded.image, seen));
+  if (!std::isfinite(scale)) return;
   ImageF contrast_drawn, contrast_seen;
   const ImageF from =
       NormaliseContrast(Luminance(predicted.radiance, window, scale), drawn, 8, &contrast_drawn);
@@ -207,13 +195,8 @@ Motion RegisterMotion(const SilhouetteSet& silhouettes,
       }
       const internal::Observation observation = internal::ObserveFrame(silhouettes, t);
       if (seen.empty() || observation.views.empty()) continue;
-      std::vector<Vec3d> towards;
-      if (frames > 1) {
-        const Pose& left = last[t > 0 ? t - 1 : t + 1];
-        const Pose& right = last[t + 1 < frames ? t + 1 : t - 1];
-        towards = InterpolatePoses(left, right, 0.5).shifts;
-      }
-      motion.poses[t] = fit.Solve(observation, last[t], towards, settings, seen).pose;
+      motion.poses[t] =
+          fit.Solve(observation, last[t], internal::ShiftsBeside(last, t), settings, seen).pose;
     }
   }
   return motion;

@@ -51,6 +51,8 @@ using RecordedPictures =
 // The motion with the nodes' shifts moved so that what is predicted lies under what was recorded.
 // Poses and confidences stay. A stripe says nothing along itself (structure tensor), flow that does
 // not come back is dropped, and so is what has no contrast: highlights and plain cloth don't pull.
+// Past the papers. Throws Error(kUsage) for an option out of range, Error(kInput) where masks and
+// cameras don't fit together, and what the two functions throw.
 [[nodiscard]] Motion RegisterMotion(const SilhouetteSet& silhouettes,
                                     const Actor& actor_with_nodes,
                                     Motion motion,

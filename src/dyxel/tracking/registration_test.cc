@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "dyxel/body/nodes.h"
 #include "dyxel/tracking/synthetic_rig.h"
 
 namespace dyxel {
@@ -10,26 +9,14 @@ namespace {
 
 using internal::DrawSilhouettes;
 using internal::RingOfCameras;
-using internal::SmallBody;
-
-const Actor& Noded() {
-  static const Actor actor = WithNodes(SmallBody(), 0.09);
-  return actor;
-}
+using internal::SmallNodedBody;
 
 // A blotched pattern that sticks to the skin, drawn without shading.
 PredictedPicture DrawPattern(const Camera& camera,
                              std::span<const Vec3f> positions,
                              float contrast) {
-  std::vector<ScreenVertex> vertices;
-  for (const Vec3f& x : positions) {
-    const Vec3d world = x.cast<double>();
-    const Vec2d pixel = camera.Project(world);
-    vertices.push_back({static_cast<float>(pixel.x()),
-                        static_cast<float>(pixel.y()),
-                        static_cast<float>(1 / camera.Depth(world))});
-  }
-  const auto& triangles = Noded().skin.triangles;
+  const std::vector<ScreenVertex> vertices = internal::ToScreen(camera, positions);
+  const auto& triangles = SmallNodedBody().skin.triangles;
   const VisibilityBuffer buffer = Rasterize(vertices, triangles, camera.width, camera.height);
   PredictedPicture picture{ImageF(camera.width, camera.height, 4),
                            ImageF(camera.width, camera.height, 1)};
@@ -47,7 +34,7 @@ PredictedPicture DrawPattern(const Camera& camera,
                                               static_cast<float>(y) + 0.5F);
       Vec3f rest = Vec3f::Zero();
       for (std::size_t k = 0; k < 3; ++k) {
-        rest += b[static_cast<int>(k)] * Noded().skin.positions[corner(k)];
+        rest += b[static_cast<int>(k)] * SmallNodedBody().skin.positions[corner(k)];
       }
       const float value = 0.4F + contrast * std::sin(30 * rest.z() + 2 * std::sin(17 * rest.y())) *
                                      std::cos(26 * rest.y() + 11 * rest.x());
@@ -74,7 +61,7 @@ struct Scene {
   }
   [[nodiscard]] Motion Register(const RegistrationOptions& options) const {
     std::vector<Picture> recorded;
-    for (const PredictedPicture& drawn : Draw(SkinPositions(Noded(), truth))) {
+    for (const PredictedPicture& drawn : Draw(SkinPositions(SmallNodedBody(), truth))) {
       Picture picture{ImageF(drawn.depth.width, drawn.depth.height, 3),
                       {0, 0, drawn.depth.width, drawn.depth.height}};
       for (std::size_t i = 0; i < drawn.depth.data.size(); ++i) {
@@ -87,7 +74,7 @@ struct Scene {
     }
     return RegisterMotion(
         silhouettes,
-        Noded(),
+        SmallNodedBody(),
         tracked,
         [&](std::size_t, std::span<const Vec3f> positions) { return Draw(positions); },
         [&](std::size_t, std::span<const Vec3f>) { return recorded; },
@@ -98,25 +85,25 @@ struct Scene {
 // The cloth of the trunk has slid up by `slide` metres.
 Scene Slid(double slide) {
   Scene scene;
-  Pose pose = Noded().skeleton.RestPose();
+  Pose pose = SmallNodedBody().skeleton.RestPose();
   pose.root_rotation = Quatd(Eigen::AngleAxisd(0.7, Vec3d::UnitZ()));
   scene.tracked = {{pose}, {1}};
   scene.truth = pose;
-  const std::vector<Vec3d> rest = Noded().skeleton.RestPositions();
+  const std::vector<Vec3d> rest = SmallNodedBody().skeleton.RestPositions();
   for (std::size_t j = 0; j < rest.size(); ++j) {
-    if (!Noded().skeleton.joints[j].IsNode()) continue;
+    if (!SmallNodedBody().skeleton.joints[j].IsNode()) continue;
     const double z = (rest[j].z() - 0.8) / 0.5;
     const bool trunk = z > 0 && z < 1 && std::abs(rest[j].y()) < 0.25;
     scene.truth.shifts.push_back(trunk ? Vec3d(0, 0, slide * std::sin(kPiD * z)) : Vec3d::Zero());
   }
-  scene.silhouettes = DrawSilhouettes(RingOfCameras(8, 500), Noded(), {scene.truth});
+  scene.silhouettes = DrawSilhouettes(RingOfCameras(8, 500), SmallNodedBody(), {scene.truth});
   return scene;
 }
 
 // Mean distance of the same skin points, metres.
 double Distance(const Pose& a, const Pose& b) {
-  const std::vector<Vec3f> x = SkinPositions(Noded(), a);
-  const std::vector<Vec3f> y = SkinPositions(Noded(), b);
+  const std::vector<Vec3f> x = SkinPositions(SmallNodedBody(), a);
+  const std::vector<Vec3f> y = SkinPositions(SmallNodedBody(), b);
   double sum = 0;
   for (std::size_t v = 0; v < x.size(); ++v) sum += static_cast<double>((x[v] - y[v]).norm());
   return sum / static_cast<double>(x.size());

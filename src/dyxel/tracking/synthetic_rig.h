@@ -3,10 +3,13 @@
 #pragma once
 
 #include <cmath>
+#include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
 #include "dyxel/body/actor.h"
+#include "dyxel/body/nodes.h"
 #include "dyxel/mesh/rasterizer.h"
 #include "dyxel/tracking/reduced_body.h"
 #include "dyxel/tracking/track.h"
@@ -39,15 +42,22 @@ inline std::vector<Camera> RingOfCameras(int count, int size) {
   return cameras;
 }
 
-inline ImageU8 DrawMask(const Camera& camera, const Actor& actor, const Pose& pose) {
+// World positions (V) as the mesh rasterizer takes them.
+inline std::vector<ScreenVertex> ToScreen(const Camera& camera, std::span<const Vec3f> positions) {
   std::vector<ScreenVertex> vertices;
-  for (const Vec3f& x : SkinPositions(actor, pose)) {
+  vertices.reserve(positions.size());
+  for (const Vec3f& x : positions) {
     const Vec3d world = x.cast<double>();
     const Vec2d pixel = camera.Project(world);
     vertices.push_back({static_cast<float>(pixel.x()),
                         static_cast<float>(pixel.y()),
                         static_cast<float>(1 / camera.Depth(world))});
   }
+  return vertices;
+}
+
+inline ImageU8 DrawMask(const Camera& camera, const Actor& actor, const Pose& pose) {
+  const std::vector<ScreenVertex> vertices = ToScreen(camera, SkinPositions(actor, pose));
   const VisibilityBuffer buffer =
       Rasterize(vertices, actor.skin.triangles, camera.width, camera.height);
   ImageU8 mask(camera.width, camera.height, 1);
@@ -71,6 +81,12 @@ inline SilhouetteSet DrawSilhouettes(const std::vector<Camera>& cameras,
 // The built-in template with few enough triangles for quick tests.
 inline const Actor& SmallBody() {
   static const Actor body = ReduceBody(MakeBuiltInTemplate(), 3000);
+  return body;
+}
+
+// The same on nodes.
+inline const Actor& SmallNodedBody() {
+  static const Actor body = WithNodes(SmallBody(), 0.09);
   return body;
 }
 

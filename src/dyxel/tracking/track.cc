@@ -58,18 +58,16 @@ Motion FitShifts(const SilhouetteSet& silhouettes,
     ParallelFor(frames, [&](std::size_t t) {
       const internal::Observation observation = internal::ObserveFrame(silhouettes, t);
       std::vector<Vec3d> towards;
-      if (again && frames > 1) {
-        const Pose& left = last[t > 0 ? t - 1 : t + 1];
-        const Pose& right = last[t + 1 < frames ? t + 1 : t - 1];
-        towards = InterpolatePoses(left, right, 0.5).shifts;
-      }
+      if (again) towards = internal::ShiftsBeside(last, t);
       if (observation.views.empty()) {
         motion.poses[t].shifts = towards;
       } else {
         const auto solution = fit.Solve(observation, last[t], towards, settings);
         motion.poses[t] = solution.pose;
-        if (!again) before[t] = solution.before;
-        after[t] = solution.mismatch;
+        if (!again) {
+          before[t] = solution.before;
+          after[t] = solution.mismatch;
+        }
       }
       if (progress) progress(static_cast<double>(++done) / static_cast<double>(2 * frames));
     });
