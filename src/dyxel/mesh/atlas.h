@@ -26,6 +26,7 @@ struct TexelGrid {
   std::vector<int> triangle;  // (K)
   std::vector<Vec3f> bary;    // (K) barycentrics in the triangle, all >= 0
   std::vector<int> texel_at;  // (size²) index into the K, or -1
+  std::vector<int> nearest;   // (size²) pixel of the nearest one (NearestTexels)
   [[nodiscard]] std::size_t count() const { return pixel.size(); }
 };
 

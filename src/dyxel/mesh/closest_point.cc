@@ -91,9 +91,19 @@ int ClosestPointTree::Build(int begin, int end) {
   return index;
 }
 
-ClosestPoint ClosestPointTree::Find(const Vec3f& x) const {
+ClosestPoint ClosestPointTree::Find(const Vec3f& x, int guess) const {
   ClosestPoint best;
   float best_squared = std::numeric_limits<float>::infinity();
+  const auto look_at = [&](int t) {
+    const auto& c = corners_[static_cast<std::size_t>(t)];
+    const Vec3f point = ClosestPointOnTriangle(x, c[0], c[1], c[2]);
+    const float squared = (x - point).squaredNorm();
+    if (!(squared < best_squared)) return;
+    best_squared = squared;
+    best.triangle = t;
+    best.point = point;
+  };
+  if (guess >= 0) look_at(guess);
   std::array<int, 64> stack;
   int top = 0;
   if (!nodes_.empty()) stack[static_cast<std::size_t>(top++)] = 0;
@@ -102,17 +112,7 @@ ClosestPoint ClosestPointTree::Find(const Vec3f& x) const {
     const Node& node = nodes_[static_cast<std::size_t>(index)];
     if (SquaredDistanceToBox(x, node.low, node.high) >= best_squared) continue;
     if (node.right < 0) {
-      for (int i = node.begin; i < node.end; ++i) {
-        const int t = order_[static_cast<std::size_t>(i)];
-        const auto& c = corners_[static_cast<std::size_t>(t)];
-        const Vec3f point = ClosestPointOnTriangle(x, c[0], c[1], c[2]);
-        const float squared = (x - point).squaredNorm();
-        if (squared < best_squared) {
-          best_squared = squared;
-          best.triangle = t;
-          best.point = point;
-        }
-      }
+      for (int i = node.begin; i < node.end; ++i) look_at(order_[static_cast<std::size_t>(i)]);
       continue;
     }
     // The nearer child is looked at first.

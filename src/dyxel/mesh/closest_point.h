@@ -26,8 +26,9 @@ struct ClosestPoint {
 class ClosestPointTree {
  public:
   ClosestPointTree(std::span<const Vec3f> positions, std::span<const Triangle> triangles);
-  // An empty mesh gives triangle -1 and an infinite distance.
-  [[nodiscard]] ClosestPoint Find(const Vec3f& x) const;
+  // An empty mesh gives triangle -1 and an infinite distance. A `guess`, such as the triangle of
+  // the point before, saves time where it is near; of triangles at one distance it is the answer.
+  [[nodiscard]] ClosestPoint Find(const Vec3f& x, int guess = -1) const;
 
  private:
   struct Node {

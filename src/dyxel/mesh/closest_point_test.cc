@@ -58,6 +58,7 @@ TEST(ClosestPointTree, AgreesWithAllTriangles) {
               .norm());
     }
     EXPECT_NEAR(tree.Find(x).distance, best, 1e-6F);
+    EXPECT_EQ(tree.Find(x, /*guess=*/i).triangle, tree.Find(x).triangle);
   }
   EXPECT_EQ(ClosestPointTree({}, {}).Find(Vec3f::Zero()).triangle, -1);
 }

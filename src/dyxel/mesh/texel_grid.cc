@@ -70,6 +70,7 @@ TexelGrid MakeTexelGrid(const Atlas& atlas) {
     grid.triangle.push_back(triangle_at[at]);
     grid.bary.push_back(bary_at[at]);
   }
+  grid.nearest = NearestTexels(grid);
   return grid;
 }
 
@@ -146,7 +147,7 @@ std::vector<int> NearestTexels(const TexelGrid& grid) {
 }
 
 void FillGutters(const TexelGrid& grid, ImageF& map) {
-  const std::vector<int> nearest = NearestTexels(grid);
+  const std::vector<int>& nearest = grid.nearest;
   const auto channels = static_cast<std::size_t>(map.channels);
   ParallelForBlocks(nearest.size(), 65536, [&](std::size_t begin, std::size_t end) {
     for (std::size_t at = begin; at < end; ++at) {

@@ -69,6 +69,7 @@ TEST(TexelGridTest, GuttersTakeTheNearestTexel) {
     grid.texel_at[static_cast<std::size_t>(at)] = static_cast<int>(grid.pixel.size());
     grid.pixel.push_back(at);
   }
+  grid.nearest = NearestTexels(grid);
   ImageF map(48, 48, 2, -1.0F);
   for (const int at : grid.pixel) {
     map.At(at % 48, at / 48, 0) = static_cast<float>(at % 48);

@@ -1,8 +1,10 @@
 #include "dyxel/pipeline/evaluate.h"
 
 #include <array>
+#include <bitset>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 
@@ -206,7 +208,7 @@ void MeasureReflectance(const Evaluation& e) {
         const DyxelTile tile = source.load(static_cast<int>(begin));
         Count part;
         for (int t = 0; t < tile.texels; ++t) {
-          std::set<int> bins;
+          std::bitset<19 * 16> bins;
           int samples = 0;
           for (int f = 0; f < tile.frames; ++f) {
             for (int l = 0; l < tile.lights; ++l) {
@@ -221,14 +223,14 @@ void MeasureReflectance(const Evaluation& e) {
                 const int theta =
                     static_cast<int>(std::acos(std::clamp(h.z(), -1.0F, 1.0F)) * 18 / kPi);
                 const int phi = static_cast<int>((std::atan2(h.y(), h.x()) / kPi + 1) * 6);
-                bins.insert(theta * 16 + phi);
+                bins.set(static_cast<std::size_t>(theta * 16 + phi));
                 ++samples;
               }
             }
           }
           if (samples < kNeeded) continue;
           part.texels += 1;
-          part.bins += static_cast<double>(bins.size());
+          part.bins += static_cast<double>(bins.count());
         }
         return part;
       },
@@ -284,11 +286,12 @@ Metrics Evaluate(const Project& project, const EvaluateRequest& request) {
   Workspace workspace(project);
   Metrics metrics;
   std::vector<ReportPicture> pictures;
+  std::map<fs::path, std::vector<char>> seen;
 
   Job job = ProjectJob(workspace);
   job.validation = ValidationSequences(project);
   RunStages(job);
-  const Evaluation e{&job, truth ? &*truth : nullptr, request.output, &metrics, &pictures};
+  const Evaluation e{&job, truth ? &*truth : nullptr, request.output, &metrics, &pictures, &seen};
   std::set<std::string> tracked(job.reflectance.begin(), job.reflectance.end());
   tracked.insert(job.dynamic.begin(), job.dynamic.end());
   tracked.insert(job.validation.begin(), job.validation.end());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <span>
 #include <string>
 #include <vector>
@@ -27,6 +28,8 @@ struct Evaluation {
   std::filesystem::path output;
   Metrics* metrics = nullptr;
   std::vector<ReportPicture>* pictures = nullptr;
+  // By a sequence's first texture folder: its texels that are seen throughout (flicker_deg).
+  std::map<std::filesystem::path, std::vector<char>>* seen = nullptr;
   bool base_normals = false;  // shown with the model's own normals (ablation base_normals)
   ProgressFn progress = {};   // share of the measurement that is under way
 
@@ -78,18 +81,18 @@ void MeasurePasses(const Evaluation& e, const Sequence& sequence);
                                     const std::vector<int>& cameras);
 // normals.SEQ.flicker_deg, of a DSS with normal keys.
 void MeasureFlicker(const Evaluation& e, const Sequence& sequence);
-// Mean length of the second difference over time of a vector a texel, over texels seen throughout.
+// Mean length of the second difference over time of a vector a texel.
 class Flicker {
  public:
-  // The next frame's (K) vectors, and which texels are seen.
-  void Add(std::span<const Vec3f> vectors, std::span<const char> seen);
-  [[nodiscard]] double MeanDeg() const;  // NaN with fewer than three frames
+  // The next frame's (K) vectors.
+  void Add(std::span<const Vec3f> vectors);
+  // Over the texels `counted` (K, not 0). NaN with fewer than three frames.
+  [[nodiscard]] double MeanDeg(std::span<const char> counted) const;
 
  private:
   int frames_ = 0;
   std::vector<Vec3f> older_, last_;
   std::vector<double> sum_;
-  std::vector<char> seen_;
 };
 // coverage.{texels, half_vectors} and materials.NAME.…
 void MeasureReflectance(const Evaluation& e);

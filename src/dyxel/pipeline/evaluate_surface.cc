@@ -81,17 +81,22 @@ Vec3f TexelPosition(const PosedSurface& surface, const Triangle& triangle, const
   return x;
 }
 
-// The true surface's normal nearest to each texel, in the model's tangent frame (K).
+// The true surface's normal nearest to each `wanted` texel, in the model's tangent frame (K); zero
+// for others.
 std::vector<Vec3f> TrueTexelNormals(Workspace& workspace,
                                     const PosedSurface& surface,
-                                    const TriangleMesh& truth) {
+                                    const TriangleMesh& truth,
+                                    std::span<const char> wanted) {
   const TexelGrid& grid = workspace.grid();
   const ClosestPointTree tree(truth.positions, truth.triangles);
-  std::vector<Vec3f> normals(grid.count());
+  std::vector<Vec3f> normals(grid.count(), Vec3f::Zero());
   ParallelForBlocks(grid.count(), 1024, [&](std::size_t begin, std::size_t end) {
+    int guess = -1;
     for (std::size_t k = begin; k < end; ++k) {
+      if (wanted[k] == 0) continue;
       const Triangle& t = workspace.atlas().triangles[static_cast<std::size_t>(grid.triangle[k])];
-      const ClosestPoint nearest = tree.Find(TexelPosition(surface, t, grid.bary[k]));
+      const ClosestPoint nearest = tree.Find(TexelPosition(surface, t, grid.bary[k]), guess);
+      guess = nearest.triangle;
       const Triangle& face = truth.triangles[static_cast<std::size_t>(nearest.triangle)];
       const auto corner = [&](std::size_t i) -> const Vec3f& {
         return truth.positions[static_cast<std::size_t>(face[i])];
@@ -103,6 +108,31 @@ std::vector<Vec3f> TrueTexelNormals(Workspace& workspace,
   return normals;
 }
 
+// Drops the texels that no camera sees in a frame.
+void KeepSeen(const MvvTextures& textures, std::vector<char>& seen) {
+  for (std::size_t k = 0; k < seen.size(); ++k) {
+    const auto by = [&](const std::vector<float>& weight) { return weight[k] > 0; };
+    if (seen[k] != 0 && std::none_of(textures.weight.begin(), textures.weight.end(), by))
+      seen[k] = 0;
+  }
+}
+
+// Texels (K) that are seen in every frame; none where a frame has no textures.
+const std::vector<char>& SeenThroughout(const Evaluation& e, const Sequence& sequence) {
+  std::vector<char>& seen = (*e.seen)[e.job->TextureFolder(sequence, 0)];
+  if (!seen.empty()) return seen;
+  seen.assign(e.job->workspace->grid().count(), 1);
+  for (int frame = 0; frame < sequence.count; ++frame) {
+    const std::optional<MvvTextures> textures = TexturesOf(*e.job, sequence, frame);
+    if (textures) {
+      KeepSeen(*textures, seen);
+    } else {
+      std::fill(seen.begin(), seen.end(), char{0});
+    }
+  }
+  return seen;
+}
+
 }  // namespace
 
 void MeasureAlignment(const Evaluation& e, const Sequence& sequence) {
@@ -112,33 +142,29 @@ void MeasureAlignment(const Evaluation& e, const Sequence& sequence) {
   const std::vector<Camera> cameras = EstimationCamerasOf(capture);
   double length = 0;
   double pixels = 0;
+  std::vector<char> seen(workspace.grid().count(), 1);
+  bool all = true;
   for (int frame = 0; frame < sequence.count; ++frame) {
-    std::optional<MvvTextures> textures = TexturesOf(*e.job, sequence, frame);
+    e.Progress(frame, sequence.count);
+    const std::optional<MvvTextures> textures = TexturesOf(*e.job, sequence, frame);
+    all = all && textures;
     if (!textures) continue;
+    KeepSeen(*textures, seen);
     const PosedSurface surface = workspace.Posed(sequence.name, frame);
-    std::vector<TexturedView> views(cameras.size());
-    for (std::size_t c = 0; c < cameras.size(); ++c) {
-      e.Progress(frame + static_cast<double>(c) / static_cast<double>(2 * cameras.size()),
-                 sequence.count);
-      if (!HasFrame(capture, sequence, indices[c], frame)) continue;
-      // What the other cameras saw.
-      std::vector<float> own(textures->weight[c].size(), 0.0F);
-      std::swap(own, textures->weight[c]);
-      const BlendedTexture blend =
-          BlendTexture(workspace.atlas(), workspace.grid(), surface, cameras, *textures);
-      std::swap(own, textures->weight[c]);
-      views[c] =
-          ViewTextured(workspace, surface, blend, cameras[c], e.job->project().options.render);
-    }
-    // Flow runs on one thread: the cameras side by side.
+    const std::vector<std::vector<float>> weights =
+        BlendWeights(workspace.atlas(), workspace.grid(), surface, cameras, *textures);
     std::vector<FlowMeasure> flows(cameras.size());
     ParallelFor(cameras.size(), [&](std::size_t c) {
-      if (views[c].mask.empty()) return;
+      if (!HasFrame(capture, sequence, indices[c], frame)) return;
       const ImageF recorded = ReadFrame(capture, sequence, indices[c], frame).image;
       const ImageU8 mask = RecordedMask(e, sequence, indices[c], frame);
       const double scale = DisplayScale(recorded, mask);
       if (!std::isfinite(scale)) return;
-      flows[c] = MeasureFlow(recorded, mask, views[c].radiance, views[c].mask, scale);
+      // What the other cameras saw.
+      const BlendedTexture others = BlendTexture(*textures, weights, static_cast<int>(c));
+      const TexturedView view =
+          ViewTextured(workspace, surface, others, cameras[c], e.job->project().options.render);
+      flows[c] = MeasureFlow(recorded, mask, view.radiance, view.mask, scale);
     });
     for (const FlowMeasure& flow : flows) {
       if (flow.pixels <= 0) continue;
@@ -146,29 +172,24 @@ void MeasureAlignment(const Evaluation& e, const Sequence& sequence) {
       pixels += flow.pixels;
     }
   }
+  if (all) (*e.seen)[e.job->TextureFolder(sequence, 0)] = std::move(seen);
   if (pixels > 0) e.metrics->Set("tracking." + sequence.name + ".flow_px", length / pixels);
 }
 
-void Flicker::Add(std::span<const Vec3f> vectors, std::span<const char> seen) {
-  if (frames_ == 0) {
-    sum_.assign(vectors.size(), 0.0);
-    seen_.assign(vectors.size(), 1);
-  }
-  for (std::size_t k = 0; k < vectors.size(); ++k) {
-    if (seen[k] == 0) seen_[k] = 0;
-    if (frames_ >= 2) {
-      sum_[k] += static_cast<double>((older_[k] - 2.0F * last_[k] + vectors[k]).norm());
-    }
+void Flicker::Add(std::span<const Vec3f> vectors) {
+  if (frames_ == 0) sum_.assign(vectors.size(), 0.0);
+  for (std::size_t k = 0; frames_ >= 2 && k < vectors.size(); ++k) {
+    sum_[k] += static_cast<double>((older_[k] - 2.0F * last_[k] + vectors[k]).norm());
   }
   older_ = std::move(last_);
   last_.assign(vectors.begin(), vectors.end());
   ++frames_;
 }
 
-double Flicker::MeanDeg() const {
+double Flicker::MeanDeg(std::span<const char> counted) const {
   Series lengths;
-  for (std::size_t k = 0; k < seen_.size(); ++k) {
-    if (frames_ >= 3 && seen_[k] != 0) lengths.Add(sum_[k] / (frames_ - 2));
+  for (std::size_t k = 0; k < sum_.size(); ++k) {
+    if (frames_ >= 3 && counted[k] != 0) lengths.Add(sum_[k] / (frames_ - 2));
   }
   return lengths.Mean() * 180 / kPiD;
 }
@@ -186,17 +207,10 @@ void MeasureFlicker(const Evaluation& e, const Sequence& sequence) {
     const std::filesystem::path file = truth_of(frame);
     true_normals = true_normals && !file.empty() && std::filesystem::exists(file);
   }
+  const std::vector<char>& seen = SeenThroughout(e, sequence);
   Flicker flicker;
   for (int frame = 0; frame < sequence.count; ++frame) {
     e.Progress(frame, sequence.count);
-    const std::optional<MvvTextures> textures = TexturesOf(*e.job, sequence, frame);
-    if (!textures) return;
-    std::vector<char> seen(grid.count(), 0);
-    for (const std::vector<float>& weight : textures->weight) {
-      for (std::size_t k = 0; k < seen.size(); ++k) {
-        if (weight[k] > 0) seen[k] = 1;
-      }
-    }
     const ImageF map = maps.NormalMap(frame);
     std::vector<Vec3f> normals(grid.count());
     for (std::size_t k = 0; k < normals.size(); ++k) {
@@ -204,12 +218,12 @@ void MeasureFlicker(const Evaluation& e, const Sequence& sequence) {
     }
     if (true_normals) {
       const std::vector<Vec3f> truth = TrueTexelNormals(
-          workspace, workspace.Posed(sequence.name, frame), ReadPly(truth_of(frame)));
+          workspace, workspace.Posed(sequence.name, frame), ReadPly(truth_of(frame)), seen);
       for (std::size_t k = 0; k < normals.size(); ++k) normals[k] -= truth[k];
     }
-    flicker.Add(normals, seen);
+    flicker.Add(normals);
   }
-  e.metrics->Set("normals." + sequence.name + ".flicker_deg", flicker.MeanDeg());
+  e.metrics->Set("normals." + sequence.name + ".flicker_deg", flicker.MeanDeg(seen));
 }
 
 }  // namespace dyxel

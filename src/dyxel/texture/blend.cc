@@ -7,17 +7,16 @@
 
 namespace dyxel {
 
-BlendedTexture BlendTexture(const Atlas& atlas,
-                            const TexelGrid& grid,
-                            const PosedSurface& surface,
-                            std::span<const Camera> cameras,
-                            const MvvTextures& textures,
-                            float sharpness) {
+std::vector<std::vector<float>> BlendWeights(const Atlas& atlas,
+                                             const TexelGrid& grid,
+                                             const PosedSurface& surface,
+                                             std::span<const Camera> cameras,
+                                             const MvvTextures& textures,
+                                             float sharpness) {
   std::vector<Vec3f> centres;
+  centres.reserve(cameras.size());
   for (const Camera& camera : cameras) centres.push_back(camera.Center().cast<float>());
-  BlendedTexture blended;
-  blended.radiance.assign(3 * grid.count(), 0.0F);
-  blended.weight.assign(grid.count(), 0.0F);
+  std::vector<std::vector<float>> weights(centres.size(), std::vector<float>(grid.count(), 0.0F));
   ParallelForBlocks(grid.count(), 4096, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const Triangle& t = atlas.triangles[static_cast<std::size_t>(grid.triangle[k])];
@@ -29,21 +28,37 @@ BlendedTexture BlendTexture(const Atlas& atlas,
         n += b * surface.normals[static_cast<std::size_t>(t[c])];
       }
       n.normalize();
-      float total = 0;
-      Rgb sum = Rgb::Zero();
       for (std::size_t c = 0; c < centres.size(); ++c) {
         if (textures.weight[c][k] <= 0) continue;
         const float facing = std::max(n.dot((centres[c] - x).normalized()), 0.0F);
-        const float weight = textures.weight[c][k] * std::pow(facing, sharpness);
-        const float* const colour = &textures.radiance[c][3 * k];
-        sum += weight * Rgb(colour[0], colour[1], colour[2]);
-        total += weight;
+        weights[c][k] = textures.weight[c][k] * std::pow(facing, sharpness);
       }
-      blended.weight[k] = total;
-      if (total <= 0) continue;
-      for (std::size_t i = 0; i < 3; ++i) {
-        blended.radiance[3 * k + i] = sum[static_cast<int>(i)] / total;
+    }
+  });
+  return weights;
+}
+
+BlendedTexture BlendTexture(const MvvTextures& textures,
+                            std::span<const std::vector<float>> weights,
+                            int left_out) {
+  BlendedTexture blended;
+  const std::size_t count = weights.empty() ? 0 : weights[0].size();
+  blended.radiance.assign(3 * count, 0.0F);
+  blended.weight.assign(count, 0.0F);
+  ParallelForBlocks(count, 4096, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = 0; c < weights.size(); ++c) {
+      if (static_cast<int>(c) == left_out) continue;
+      for (std::size_t k = begin; k < end; ++k) {
+        const float weight = weights[c][k];
+        for (std::size_t i = 3 * k; i < 3 * k + 3; ++i) {
+          blended.radiance[i] += weight * textures.radiance[c][i];
+        }
+        blended.weight[k] += weight;
       }
+    }
+    for (std::size_t k = begin; k < end; ++k) {
+      if (blended.weight[k] <= 0) continue;
+      for (std::size_t i = 3 * k; i < 3 * k + 3; ++i) blended.radiance[i] /= blended.weight[k];
     }
   });
   return blended;

@@ -18,14 +18,19 @@ struct BlendedTexture {
   std::vector<float> weight;    // (K) Σ of the cameras' weights; 0 where none sees it
 };
 
-// Mean of the cameras' radiance, each weighted by its trust times (n·v)^`sharpness`: the higher,
-// the more the camera that sees the texel best counts alone (A §V-D blends by viewing angle).
-[[nodiscard]] BlendedTexture BlendTexture(const Atlas& atlas,
-                                          const TexelGrid& grid,
-                                          const PosedSurface& surface,
-                                          std::span<const Camera> cameras,
-                                          const MvvTextures& textures,
-                                          float sharpness = 4);
+// Weights of a blend [camera][K]: a camera's trust times (n·v)^`sharpness`. The higher, the more
+// the camera that sees the texel best counts alone (A §V-D blends by viewing angle).
+[[nodiscard]] std::vector<std::vector<float>> BlendWeights(const Atlas& atlas,
+                                                           const TexelGrid& grid,
+                                                           const PosedSurface& surface,
+                                                           std::span<const Camera> cameras,
+                                                           const MvvTextures& textures,
+                                                           float sharpness = 4);
+
+// Weighted mean of the cameras' radiance, but for camera `left_out` (-1: of all).
+[[nodiscard]] BlendedTexture BlendTexture(const MvvTextures& textures,
+                                          std::span<const std::vector<float>> weights,
+                                          int left_out = -1);
 
 // Values of the K texels, `channels` each and texel-major, as a map [size][size][channels]; gutters
 // filled from the nearest texels.

@@ -270,11 +270,15 @@ TEST_F(MvvTexturesTest, BlendShowsEachTexelAsItsCamerasDo) {
   std::vector<Picture> pictures;
   for (const Camera& camera : cameras) pictures.push_back(TakePicture(camera, {0, 0, 600, 600}));
   const MvvTextures textures = Make(cameras, pictures, {});
-  const BlendedTexture blend = BlendTexture(scene_.atlas, grid_, surface_, cameras, textures);
+  const std::vector<std::vector<float>> weights =
+      BlendWeights(scene_.atlas, grid_, surface_, cameras, textures);
+  const BlendedTexture blend = BlendTexture(textures, weights);
+  const BlendedTexture first = BlendTexture(textures, weights, /*left_out=*/1);
   int both = 0;
   for (std::size_t k = 0; k < grid_.count(); ++k) {
     const bool seen = textures.weight[0][k] > 0 || textures.weight[1][k] > 0;
     ASSERT_EQ(blend.weight[k] > 0, seen);
+    ASSERT_EQ(first.weight[k], weights[0][k]);
     both += textures.weight[0][k] > 0 && textures.weight[1][k] > 0 ? 1 : 0;
     if (!seen) continue;
     Vec3f n;

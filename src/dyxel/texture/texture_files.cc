@@ -149,14 +149,14 @@ MvvTextures ReadMvvTextures(const fs::path& folder,
     return static_cast<std::size_t>(grid.pixel[static_cast<std::size_t>(begin) + i]) - offset;
   };
   const std::vector<fs::path> files = MvvTextureFiles(folder, camera_names);
-  for (std::size_t c = 0; c < camera_names.size(); ++c) {
+  ParallelFor(camera_names.size(), [&](std::size_t c) {
     const ImageF rows = ReadRows(files[c], grid.size, y0, y1, kTextureChannels);
     for (std::size_t i = 0; i < count; ++i) {
       const float* from = &rows.data[4 * at(i)];
       std::copy_n(from, 3, &textures.radiance[c][3 * i]);
       textures.weight[c][i] = from[3];
     }
-  }
+  });
   if (num_lights == 0) return textures;
   const ImageF rows = ReadRows(
       files.back(), grid.size, y0, y1, LightChannels(static_cast<std::size_t>(num_lights)));

@@ -142,7 +142,7 @@ NodeFit::Solution NodeFit::Solve(const Observation& observation,
       const Vec3d wanted = e.matrix * now - e.gradient;
       for (std::size_t a = 0; a < 4; ++a) {
         if (weight[a] <= 0) continue;
-        rhs.segment<3>(3 * node[a]) += weight[a] * wanted;
+        rhs.segment<3>(Eigen::Index{3} * node[a]) += weight[a] * wanted;
         for (std::size_t b = 0; b < 4; ++b) {
           if (weight[b] <= 0) continue;
           for (int i = 0; i < 3; ++i) {

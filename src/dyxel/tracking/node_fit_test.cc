@@ -20,7 +20,7 @@ std::vector<Vec3d> Flared(double most) {
   const std::vector<Vec3d> rest = SmallNodedBody().skeleton.RestPositions();
   for (std::size_t j = 0; j < rest.size(); ++j) {
     if (!SmallNodedBody().skeleton.joints[j].IsNode()) continue;
-    const Vec3d x = rest[j];
+    const Vec3d& x = rest[j];
     const bool trunk = std::abs(x.y()) < 0.25 && x.z() > 0.75 && x.z() < 1.3;
     const double amount =
         trunk ? most * std::sin((x.z() - 0.75) / 0.55 * kPiD) * (0.7 + x.y()) : 0.0;

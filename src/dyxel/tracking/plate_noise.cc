@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 namespace dyxel {
@@ -15,6 +16,17 @@ float Quantile(std::vector<float>& values, double q) {
   const auto k = static_cast<std::size_t>(q * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(k), values.end());
   return values[k];
+}
+
+// The smallest difference of two of the values above `least`; 0 where there is none.
+float SmallestStep(std::vector<float>& values, float least) {
+  std::sort(values.begin(), values.end());
+  float step = std::numeric_limits<float>::infinity();
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const float d = values[i] - values[i - 1];
+    if (d > least) step = std::min(step, d);
+  }
+  return std::isfinite(step) ? step : 0;
 }
 
 }  // namespace
@@ -76,21 +88,26 @@ PlateNoise FitPlateNoise(const ImageF& picture,
   double s1 = 0, sx = 0, sxx = 0, sy = 0, sxy = 0;
   const std::size_t bin = std::max(kLeastInBin, samples.size() / kBins);
   std::vector<float> values;
-  for (std::size_t begin = 0; begin + bin <= samples.size(); begin += bin) {
+  std::size_t end = 0;
+  for (std::size_t begin = 0; begin + bin <= samples.size(); begin = end) {
+    // All of a radiance in one bin: black pixels have many in common, sorted by their noise.
+    end = begin + bin;
+    while (end < samples.size() && samples[end].radiance == samples[end - 1].radiance) ++end;
+    const auto count = static_cast<double>(end - begin);
     values.clear();
     double x = 0;
     double mean = 0;
-    for (std::size_t i = begin; i < begin + bin; ++i) {
+    for (std::size_t i = begin; i < end; ++i) {
       values.push_back(samples[i].squared);
       x += static_cast<double>(samples[i].radiance);
       mean += static_cast<double>(samples[i].squared);
     }
-    x /= static_cast<double>(bin);
+    x /= count;
     // Squared differences of normal noise have the median 0.455 variances; the lower quartile,
     // 0.1015, holds where the person and its shadow cover up to half of a bin.
-    const double y = spread ? mean / static_cast<double>(bin) * (1.0 + 1.0 / static_cast<double>(n))
+    const double y = spread ? mean / count * (1.0 + 1.0 / static_cast<double>(n))
                             : static_cast<double>(Quantile(values, 0.25)) / 0.1015;
-    const double w = 1.0 / std::pow(y + static_cast<double>(noise.read), 2);
+    const double w = count / std::pow(y + static_cast<double>(noise.read), 2);
     s1 += w;
     sx += w * x;
     sxx += w * x * x;
@@ -103,6 +120,12 @@ PlateNoise FitPlateNoise(const ImageF& picture,
   if (read < 0 && sxx > 0) {
     read = 0;
     shot = sxy / sxx;
+  }
+  if (!spread) {
+    // Where most differences are 0, the quartile does not see the steps that the values come in.
+    // The difference of two roundings has the variance step²/6.
+    const auto step = static_cast<double>(SmallestStep(bright, 1e-6F * range));
+    read = std::max(read, step * step / 6);
   }
   noise.read += static_cast<float>(std::max(0.0, read));
   noise.shot = static_cast<float>(std::max(0.0, shot));

@@ -22,7 +22,8 @@ PredictedPicture DrawPattern(const Camera& camera,
                            ImageF(camera.width, camera.height, 1)};
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {
-      const auto i = static_cast<std::size_t>(y * camera.width + x);
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(camera.width) +
+                     static_cast<std::size_t>(x);
       const int f = buffer.triangle[i];
       if (f < 0) continue;
       const Triangle& t = triangles[static_cast<std::size_t>(f)];

@@ -123,5 +123,30 @@ TEST(FitPlateNoise, FindsReadAndShotNoise) {
   EXPECT_NEAR(spread.Variance(0.06F), 7.0F / 6 * (1e-6F + 1e-3F * 0.06F), 0.1F * 7e-5F);
 }
 
+TEST(FitPlateNoise, SeesTheNoiseOfAQuantisedBlackWall) {
+  // Half of the picture is black, in steps of two deviations: most of its values are the same.
+  constexpr float kStep = 2e-4F;
+  constexpr float kDeviation = 1e-4F;
+  for (const int count : {1, 3}) {
+    Random random(7);
+    const auto expose = [&] {
+      ImageF image(kWidth, kHeight, 3);
+      for (std::size_t i = 0; i < image.data.size(); ++i) {
+        const float v = i % 2 == 0 ? 0.0F : 0.3F;
+        image.data[i] = kStep * std::round((v + kDeviation * random.Normal()) / kStep);
+      }
+      return image;
+    };
+    std::vector<ImageF> plates;
+    for (int k = 0; k < count; ++k) plates.push_back(expose());
+    const PlateNoise noise = FitPlateNoise(expose(), MeanPlate(plates), plates);
+    const float variance =
+        (kDeviation * kDeviation + kStep * kStep / 12) * (1 + 1 / static_cast<float>(count));
+    // One plate's quartile is blind to it: at least the steps themselves.
+    EXPECT_GT(noise.Variance(0), (count == 1 ? 0.2F : 0.5F) * variance) << count << " plates";
+    EXPECT_LT(noise.Variance(0), 2 * variance) << count << " plates";
+  }
+}
+
 }  // namespace
 }  // namespace dyxel

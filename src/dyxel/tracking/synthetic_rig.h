@@ -72,6 +72,7 @@ inline SilhouetteSet DrawSilhouettes(const std::vector<Camera>& cameras,
   SilhouetteSet set{cameras, {}, Vec3d::UnitZ()};
   for (const Pose& pose : poses) {
     std::vector<ImageU8> masks;
+    masks.reserve(cameras.size());
     for (const Camera& camera : cameras) masks.push_back(DrawMask(camera, actor, pose));
     set.masks.push_back(std::move(masks));
   }
