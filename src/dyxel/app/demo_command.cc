@@ -67,7 +67,6 @@ void RunDemo(const fs::path& folder) {
   RunStages(job, {.record_times = true});
   EvaluateRequest request;
   request.truth = capture / "truth";
-  request.fits = {"res_b"};
   request.output = project.folder / "report";
   const Metrics metrics = Evaluate(project, request);
   const fs::path turntable = folder / "turntable.mp4";

@@ -120,15 +120,15 @@ std::vector<StudioPreset> MakePresets() {
   demo.environment_height = 512;
   demo.sensor.plates = 3;
   demo.sequences = {
-      Turn("res", 16, 0, {"spot0", "spot1"}, {0, 6}),
+      Turn("res", 12, 0, {"spot0", "spot1"}, {0, 5}),
       {.name = "dss",
        .kind = SequenceKind::kDynamic,
        .lights = {"spot0", "spot1"},
        .motion = MotionKind::kLively,
-       .frames = 20,
-       .pass_frames = {2, 9, 15}},
-      Turn("res_b", 8, 1, {"spotB"}, {}),
-      Again("val_a", "res_b", {0, 4}, {"spotA"}),
+       .frames = 16,
+       .pass_frames = {2, 8, 13}},
+      Turn("res_b", 4, 1, {"spotB"}, {}),
+      Again("val_a", "res_b", {0, 2}, {"spotA"}),
       Again("env", "dss", {5, 13}, {}),
   };
   return {tiny, demo};

@@ -85,7 +85,8 @@ Reading ReadEvidence(const ImageF& picture,
       } else if (worst <= threshold) {
         belief = std::min(1.0F, level / kSureLevel);
         e = level > 3 * sigmas ? kPlate : kUnknown;
-      } else if (darker && pb >= least_ratio * bb) {
+      } else if (darker && pb >= least_ratio * bb - sigmas * std::sqrt(bb)) {
+        // The black of a shadow is noise: as often below zero as above.
         const float ratio = std::max(0.0F, pb / bb);
         for (int c = 0; c < 3; ++c) {
           const float expected = ratio * b[c];

@@ -99,6 +99,18 @@ TEST(ExtractSilhouette, TakesTheShadowWhereToleranceForbidsIt) {
   EXPECT_LT(Iou(mask, s.truth), 0.9);
 }
 
+TEST(ExtractSilhouette, LeavesOutAShadowThatIsBlack) {
+  // No light at all where the only lamp is blocked: its pixels are noise around zero.
+  Scene s = MakeScene(3, 1.0F);
+  Random random(11);
+  for (int y = 10; y < 150; ++y) {
+    for (int x = 160; x < 230; ++x) {
+      for (int c = 0; c < 3; ++c) s.picture.At(x, y, c) = 1e-3F * random.Normal();
+    }
+  }
+  EXPECT_GT(Iou(ExtractSilhouette(s.picture, s.plates), s.truth), 0.985);
+}
+
 TEST(ExtractSilhouette, IsEmptyWithoutAPerson) {
   const Scene s = MakeScene(1, 0.0F);
   const ImageU8 mask = ExtractSilhouette(s.plates[0], s.plates);
