@@ -46,6 +46,15 @@ ImageU8 ForTheEye(const ImageF& picture,
 
 }  // namespace
 
+Orbit FitClipOrbit(const RelightableVideo& video, int first, int last, int width, int height) {
+  std::vector<Vec3f> positions;
+  for (int frame = first; frame <= last; ++frame) {
+    const std::vector<Vec3f> skin = SkinPositionsAt(video, frame);
+    positions.insert(positions.end(), skin.begin(), skin.end());
+  }
+  return FitOrbit(positions, video.up, width, height);
+}
+
 ImageF RenderShot(const RelightableVideo& video,
                   const Shot& shot,
                   Pass pass,

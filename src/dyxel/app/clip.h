@@ -7,6 +7,7 @@
 #include <string>
 
 #include "dyxel/base/progress.h"
+#include "dyxel/render/orbit.h"
 #include "dyxel/render/renderer.h"
 #include "dyxel/video/relightable_video.h"
 
@@ -18,6 +19,10 @@ struct Shot {
   Camera camera;
   Lighting lighting;
 };
+
+// The orbit that shows the person whole in all frames first .. last.
+[[nodiscard]] Orbit FitClipOrbit(
+    const RelightableVideo& video, int first, int last, int width, int height);
 
 // Renders one moment. [h][w][4] as Render gives it.
 [[nodiscard]] ImageF RenderShot(const RelightableVideo& video,

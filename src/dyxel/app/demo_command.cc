@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kTurntableSeconds = 6;
+constexpr double kTurntableSeconds = 5;
 
 // One turn around the person, its motion played forth and back, under the capture's environment,
 // which turns the other way.
@@ -29,7 +29,7 @@ void WriteTurntable(const Project& project, const Job& job, const fs::path& file
     if (s.environment && !lighting.environment)
       lighting.environment = LoadEnvironment(project.capture, *s.environment);
   }
-  const Orbit orbit = FitOrbit(SkinPositionsAt(video, 0), video.up, 640, 640);
+  const Orbit orbit = FitClipOrbit(video, 0, video.NumFrames() - 1, 640, 640);
   const int count = static_cast<int>(kTurntableSeconds * video.fps);
   const int period = std::max(1, 2 * (video.NumFrames() - 1));
   const auto shot = [&](int i) {

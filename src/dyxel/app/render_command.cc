@@ -123,7 +123,7 @@ void RunRender(const Arguments& a) {
           first_number,
           first_number + last);
 
-  const Orbit orbit = FitOrbit(SkinPositionsAt(video, range.first), video.up, a.width, a.height);
+  const Orbit orbit = FitClipOrbit(video, range.first, range.second, a.width, a.height);
   const Lighting lighting = BaseLighting(a, source);
   const double fps = video.fps;
   const int moments = range.second - range.first + 1;

@@ -1,6 +1,7 @@
 // Figures that need the truth: silhouettes, surface, normals, albedo; docs/method.md (M6)-(M8).
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "dyxel/base/parallel.h"
 #include "dyxel/capture/truth.h"
@@ -82,7 +83,7 @@ ImageU8 RecordedMask(const Evaluation& e, const Sequence& sequence, int camera, 
   if (mask.empty()) {
     mask = ExtractSilhouette(ReadFrame(capture, sequence, camera, frame).image,
                              ReadPlates(capture, sequence, camera),
-                             e.job->project().options.silhouettes);
+                             SilhouetteOptionsOf(e.job->project(), sequence));
   }
   return mask;
 }
@@ -112,13 +113,17 @@ void MeasureTracking(const Evaluation& e, const Sequence& sequence) {
   for (int frame = 0; frame < sequence.count; ++frame) {
     e.Progress(frame, sequence.count);
     const std::vector<Vec3f> positions = workspace.Positions(sequence.name, frame);
-    for (std::size_t i = 0; i < cameras.size(); ++i) {
-      if (!HasFrame(project.capture, sequence, indices[i], frame)) continue;
+    std::vector<std::optional<double>> overlap(cameras.size());
+    ParallelFor(cameras.size(), [&](std::size_t i) {
+      if (!HasFrame(project.capture, sequence, indices[i], frame)) return;
       const VisibilityBuffer view = See(cameras[i], positions, workspace.skin_triangles());
       ImageU8 rendered(view.width, view.height, 1);
       for (std::size_t p = 0; p < rendered.data.size(); ++p)
         rendered.data[p] = view.triangle[p] >= 0 ? 255 : 0;
-      iou.Add(Iou(rendered, RecordedMask(e, sequence, indices[i], frame)));
+      overlap[i] = Iou(rendered, RecordedMask(e, sequence, indices[i], frame));
+    });
+    for (const std::optional<double>& value : overlap) {
+      if (value) iou.Add(*value);
     }
     const std::filesystem::path truth =
         e.truth ? e.truth->MeshPath(sequence, frame) : std::filesystem::path();

@@ -55,6 +55,12 @@ bool IsLit(const Sequence& sequence) {
 
 bool HasLamps(const Sequence& sequence) { return IsLit(sequence) && !sequence.environment; }
 
+SilhouetteOptions SilhouetteOptionsOf(const Project& project, const Sequence& sequence) {
+  SilhouetteOptions options = project.options.silhouettes;
+  if (sequence.environment) options.shadow_tolerance = std::min(options.shadow_tolerance, 0.5);
+  return options;
+}
+
 std::vector<Camera> EstimationCamerasOf(const Capture& capture) {
   std::vector<Camera> cameras;
   for (const int c : capture.EstimationCameras())

@@ -33,6 +33,10 @@ class PlateCache {
 // Whether lamps fall on it, so that reflectance and normals can be fitted to it.
 [[nodiscard]] bool HasLamps(const Sequence& sequence);
 
+// Options of a sequence's silhouettes. Light from all around leaves no shadow darker than half.
+[[nodiscard]] SilhouetteOptions SilhouetteOptionsOf(const Project& project,
+                                                    const Sequence& sequence);
+
 [[nodiscard]] std::vector<Camera> EstimationCamerasOf(const Capture& capture);
 [[nodiscard]] std::vector<std::string> EstimationCameraNames(const Capture& capture);
 

@@ -102,8 +102,8 @@ std::vector<Unit> SilhouetteUnits(const Job& job) {
           ImageU8 mask = ReadGivenMask(project.capture, *sequence, camera, frame);
           if (mask.empty()) {
             const Picture picture = ReadFrame(project.capture, *sequence, camera, frame);
-            mask =
-                ExtractSilhouette(picture.image, plates->Get(camera), project.options.silhouettes);
+            mask = ExtractSilhouette(
+                picture.image, plates->Get(camera), SilhouetteOptionsOf(project, *sequence));
           }
           WritePng(job.workspace->MaskFile(sequence->name, camera, frame), mask);
         });

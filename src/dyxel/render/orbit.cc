@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "dyxel/base/error.h"
+#include "dyxel/base/parallel.h"
 
 namespace dyxel {
 
@@ -22,11 +23,27 @@ Orbit FitOrbit(
   orbit.elevation = elevation;
   orbit.width = width;
   orbit.height = height;
-  double sphere = 0;
-  for (const Vec3f& x : positions) {
-    sphere = std::max(sphere, (x.cast<double>() - orbit.center).norm());
-  }
-  orbit.radius = std::max(1e-3, 1.04 * sphere) / std::sin(0.5 * orbit.field_of_view);
+  // From a unit direction v to the eye, with r to the right and u up in the picture, x is inside at
+  // distances of at least x·v + |x·r| / tan(a) and x·v + |x·u| / tan(b), half the angles of view.
+  constexpr int kAzimuths = 64;
+  const double smaller = std::min(width, height);
+  const double tangent = std::tan(0.5 * orbit.field_of_view) / 1.04;
+  orbit.radius = ParallelReduce(
+      kAzimuths,
+      1,
+      1e-3,
+      [&](std::size_t k, std::size_t) {
+        const Mat3d axes = OrbitCamera(orbit, 2 * kPiD * static_cast<double>(k) / kAzimuths)
+                               .cam_from_world.rotation;
+        double radius = 0;
+        for (const Vec3f& position : positions) {
+          const Vec3d x = axes * (position.cast<double>() - orbit.center);
+          const double aside = std::max(std::abs(x.x()) / width, std::abs(x.y()) / height);
+          radius = std::max(radius, aside * smaller / tangent - x.z());
+        }
+        return radius;
+      },
+      [](double& most, double radius) { most = std::max(most, radius); });
   return orbit;
 }
 

@@ -430,8 +430,9 @@ TEST(OrbitTest, EveryAzimuthKeepsThePersonInThePicture) {
   }
   for (const Vec3d& up : {Vec3d::UnitZ().eval(), Vec3d::UnitX().eval()}) {
     const Orbit orbit = FitOrbit(body, up, 300, 400, 0.3);
-    for (int i = 0; i < 8; ++i) {
-      const Camera camera = OrbitCamera(orbit, i * kPiD / 4);
+    double fullest = 0;
+    for (int i = 0; i < 40; ++i) {
+      const Camera camera = OrbitCamera(orbit, i * kPiD / 20);
       EXPECT_NEAR((camera.cam_from_world.rotation * camera.cam_from_world.rotation.transpose() -
                    Mat3d::Identity())
                       .norm(),
@@ -441,12 +442,14 @@ TEST(OrbitTest, EveryAzimuthKeepsThePersonInThePicture) {
       for (const Vec3f& x : body) {
         const Vec2d p = camera.Project(x.cast<double>());
         EXPECT_TRUE(p.x() > 0 && p.x() < 300 && p.y() > 0 && p.y() < 400) << p.transpose();
+        fullest = std::max({fullest, std::abs(p.x() / 150 - 1), std::abs(p.y() / 200 - 1)});
       }
       // Up is up.
       const Vec3d c = orbit.center;
       EXPECT_LT(camera.Project(c + 0.1 * up).y(), camera.Project(c).y());
       EXPECT_NEAR(camera.Project(c + 0.1 * up).x(), camera.Project(c).x(), 1e-9);
     }
+    EXPECT_GT(fullest, 0.95);  // and fills it
   }
   // Counter-clockwise from above: a quarter turn after +x comes +y.
   const Vec3d eye = OrbitCamera(FitOrbit(body, Vec3d::UnitZ(), 300, 300, 0), kPiD / 2).Center();

@@ -122,8 +122,23 @@ Packet<Random> Streams(std::uint64_t seed, std::size_t first) {
           Random(seed, first + 7)};
 }
 
+// Radiosity of the room's point that a ray meets, lit by lamps alone and without the subject's
+// shadow: at a bounce's share of the light its edges would not show.
+Rgb RoomRadiosity(const Lighting& lighting, const Vec3f& origin, const Vec3f& direction) {
+  const RoomPoint point = MeetRoom(lighting.room, origin, direction);
+  Rgb irradiance = Rgb::Zero();
+  if (point.distance <= 0) return irradiance;
+  for (const Light& lamp : lighting.lamps) {
+    const LampRay at = LampAt(lamp, point.position);
+    irradiance += at.irradiance * std::max(point.normal.dot(at.to_light), 0.0F);
+  }
+  if (irradiance.maxCoeff() <= 0) return irradiance;
+  return RoomAlbedo(lighting.room, point) * irradiance;
+}
+
 // One vertex's rays.
 Rgb GatherAtVertex(const Subject& subject,
+                   const Lighting& lighting,
                    std::span<const Rgb> radiosity,
                    std::size_t v,
                    int rays,
@@ -151,7 +166,10 @@ Rgb GatherAtVertex(const Subject& subject,
     }
     const PacketHits hits = subject.tracer->Trace(packet, false);
     for (std::size_t i = 0; i < kRays; ++i) {
-      if (hits.triangle[i] < 0) continue;
+      if (hits.triangle[i] < 0) {
+        if (packet.active[i]) sum += RoomRadiosity(lighting, packet.origin[i], packet.direction[i]);
+        continue;
+      }
       const Triangle& t = subject.triangles[static_cast<std::size_t>(hits.triangle[i])];
       Rgb met = Rgb::Zero();
       Vec3f normal = Vec3f::Zero();
@@ -201,7 +219,7 @@ std::vector<Rgb> GatherBounce(const Subject& subject,
   std::vector<Rgb> bounce(n);
   ParallelForBlocks(n, 512, [&](std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
-      bounce[v] = GatherAtVertex(subject, radiosity, v, rays, Random(seed + 1, v));
+      bounce[v] = GatherAtVertex(subject, lighting, radiosity, v, rays, Random(seed + 1, v));
     }
   });
   return bounce;

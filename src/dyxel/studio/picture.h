@@ -50,9 +50,10 @@ struct Plate {
 };
 [[nodiscard]] Plate ShootPlate(const Camera& camera, const Lighting& lighting, int samples);
 
-// The irradiance that reaches each vertex over one diffuse reflection elsewhere on the subject: the
-// direct light at the vertices, then `rays` cosine-distributed rays from each vertex, which look up
-// what they meet. (V). Parallel over vertices.
+// The irradiance that reaches each vertex over one diffuse reflection elsewhere on the subject or
+// on the room: the direct light at the vertices, then `rays` cosine-distributed rays from each
+// vertex, which look up what they meet. Under an environment there is no room. (V). Parallel over
+// vertices.
 [[nodiscard]] std::vector<Rgb> GatherBounce(const Subject& subject,
                                             const Lighting& lighting,
                                             int rays,

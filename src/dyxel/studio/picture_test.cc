@@ -213,6 +213,32 @@ TEST(StudioPicture, OneBounceInASphereHasItsClosedForm) {
   }
 }
 
+// A patch that looks down on a floor lit from straight above gets ρE times the floor's form factor:
+// for a square of side 2a as seen from height h over its middle, with A = a/h,
+// 4/π · A/√(1+A²) · atan(A/√(1+A²)).
+TEST(StudioPicture, RoomsFloorBouncesByItsFormFactor) {
+  const Surface patch{{{-0.1F, -0.1F, 1.5F}, {0, 0.1F, 1.5F}, {0.1F, -0.1F, 1.5F}},
+                      {-Vec3f::UnitZ(), -Vec3f::UnitZ(), -Vec3f::UnitZ()},
+                      {{0, 1, 2}}};
+  const Tracer tracer(patch.positions, patch.triangles);
+  Light lamp;
+  lamp.type = LightType::kDirectional;
+  lamp.direction = -Vec3d::UnitZ();
+  lamp.irradiance = Rgb(1, 2, 3);
+  const Lighting lighting{.lamps = {lamp}};
+  const double a = static_cast<double>(lighting.room.half_size) / 1.5;
+  const double slope = a / std::sqrt(1 + a * a);
+  const auto factor = static_cast<float>(4 / kPiD * slope * std::atan(slope));
+  const std::vector<Rgb> bounce =
+      GatherBounce(MakeSubject(patch, tracer, kLambert), lighting, 512, 1);
+  for (const Rgb& b : bounce) {
+    for (int c = 0; c < 3; ++c) {
+      const float expected = lighting.room.floor[c] * lamp.irradiance[c] * factor;
+      EXPECT_NEAR(b[c], expected, 0.08F * expected);  // the floor is mottled, and has seams
+    }
+  }
+}
+
 // The person's shadow lies on the floor; where neither is, the picture is the plate.
 TEST(StudioPicture, BallShadowsTheFloorAndLeavesTheRestOfThePlate) {
   const Surface ball = Sphere({0, 0, 1}, 0.3F, 24);

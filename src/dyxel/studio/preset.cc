@@ -112,15 +112,15 @@ std::vector<StudioPreset> MakePresets() {
   StudioPreset demo = tiny;
   demo.name = "demo";
   demo.help = "a person in a plaid shirt, for a first look";
-  demo.picture_size = 512;
+  demo.picture_size = 480;
   demo.mesh_cell = 0.0075F;
-  demo.samples = 6;
-  demo.bounce_rays = 24;
-  demo.environment_samples = 16;
+  demo.samples = 5;
+  demo.bounce_rays = 16;
+  demo.environment_samples = 12;
   demo.environment_height = 512;
   demo.sensor.plates = 3;
   demo.sequences = {
-      Turn("res", 12, 0, {"spot0", "spot1"}, {0, 5}),
+      Turn("res", 10, 0, {"spot0", "spot1"}, {0, 4}),
       {.name = "dss",
        .kind = SequenceKind::kDynamic,
        .lights = {"spot0", "spot1"},
