@@ -84,6 +84,7 @@ NodeFit::Solution NodeFit::Solve(const Observation& observation,
 
   const bool unjudged = !seen.empty() || (!held.empty() && settings.inertia > 0);
   Solution best{pose};
+  if (nodes == 0) return best;
   const std::vector<Vec3d> from = shift;
   const auto n = static_cast<Eigen::Index>(3 * nodes);
   Eigen::SimplicialLDLT<Sparse> solver;
