@@ -186,6 +186,20 @@ Rgb GatherAtVertex(const Subject& subject,
 
 }  // namespace
 
+Rgb AmbientLight(const Lighting& lighting) {
+  constexpr int kDirections = 4096;
+  const Vec3f middle(0, 0, 0.25F * lighting.room.height);
+  Rgb sum = Rgb::Zero();
+  for (int k = 0; k < kDirections; ++k) {
+    // A spiral of even density over the sphere.
+    const float z = 1 - (2 * static_cast<float>(k) + 1) / kDirections;
+    const float r = std::sqrt(1 - z * z);
+    const float a = 2.3999632F * static_cast<float>(k);
+    sum += RoomRadiosity(lighting, middle, Vec3f(r * std::cos(a), r * std::sin(a), z));
+  }
+  return sum / kDirections;
+}
+
 std::vector<Rgb> GatherBounce(const Subject& subject,
                               const Lighting& lighting,
                               int rays,

@@ -344,7 +344,7 @@ class Picture {
 
 Plate ShootPlate(const Camera& camera, const Lighting& lighting, int samples) {
   const PinholeRays rays(camera);
-  const std::size_t layers = lighting.environment != nullptr ? 1 : lighting.lamps.size();
+  const std::size_t layers = lighting.environment != nullptr ? 1 : lighting.lamps.size() + 1;
   Plate plate;
   plate.radiance = ImageF(camera.width, camera.height, 3);
   plate.of_lamp.assign(layers, plate.radiance);
@@ -363,14 +363,13 @@ Plate ShootPlate(const Camera& camera, const Lighting& lighting, int samples) {
         }
         const RoomPoint point = MeetRoom(lighting.room, rays.origin(), direction);
         if (point.distance <= 0) continue;
-        Rgb albedo = Rgb::Constant(-1);
-        for (std::size_t lamp = 0; lamp < layers; ++lamp) {
+        const Rgb reflected = RoomAlbedo(lighting.room, point) / kPi;
+        for (std::size_t lamp = 0; lamp + 1 < layers; ++lamp) {
           const LampRay at = LampAt(lighting.lamps[lamp], point.position);
           const float cosine = point.normal.dot(at.to_light);
-          if (cosine <= 0 || at.irradiance.maxCoeff() <= 0) continue;
-          if (albedo[0] < 0) albedo = RoomAlbedo(lighting.room, point);
-          sums[lamp] += albedo / kPi * at.irradiance * cosine;
+          if (cosine > 0) sums[lamp] += reflected * at.irradiance * cosine;
         }
+        sums.back() += reflected * lighting.ambient;
       }
       for (std::size_t lamp = 0; lamp < layers; ++lamp) {
         for (int k = 0; k < 3; ++k) {

@@ -1,5 +1,5 @@
 // One camera's picture of the person in the room: lamps or an environment, hard shadows, one
-// diffuse bounce among the person's own surfaces.
+// diffuse bounce off the person and the room.
 #pragma once
 
 #include <cstdint>
@@ -35,6 +35,7 @@ struct Lighting {
   Room room;
   const StudioEnvironment* environment = nullptr;
   int environment_samples = 8;  // light directions a pixel sample
+  Rgb ambient = Rgb::Zero();    // irradiance on the room by the room itself, taken as even
 };
 
 struct PictureOptions {
@@ -45,8 +46,9 @@ struct PictureOptions {
 
 // What a camera sees without the subject, by lamp, so that a shadow takes away its lamp's share.
 struct Plate {
-  std::vector<ImageF> of_lamp;  // [lamps] of [h][w][3]; with an environment: that alone
-  ImageF radiance;              // [h][w][3] their sum
+  // [lamps + 1] of [h][w][3], the last by ambient light; with an environment: that alone.
+  std::vector<ImageF> of_lamp;
+  ImageF radiance;  // [h][w][3] their sum
 };
 [[nodiscard]] Plate ShootPlate(const Camera& camera, const Lighting& lighting, int samples);
 
@@ -58,6 +60,10 @@ struct Plate {
                                             const Lighting& lighting,
                                             int rays,
                                             std::uint64_t seed);
+
+// The light that the lamps' room gives itself: the mean over all directions of what the lit room
+// sends to its middle, a stand-in for its irradiance everywhere.
+[[nodiscard]] Rgb AmbientLight(const Lighting& lighting);
 
 struct Shot {
   ImageF radiance;  // [h][w][3]

@@ -239,6 +239,25 @@ TEST(StudioPicture, RoomsFloorBouncesByItsFormFactor) {
   }
 }
 
+// All of a room that a lamp without falloff lights from above is its floor, half of all directions
+// but for the walls' share.
+TEST(StudioPicture, AmbientLightIsTheRoomsMeanRadiosity) {
+  Light lamp;
+  lamp.type = LightType::kDirectional;
+  lamp.direction = -Vec3d::UnitZ();
+  lamp.irradiance = Rgb(1, 2, 3);
+  const Lighting lighting{.lamps = {lamp}};
+  // Solid angle of a square of side 2a from height h over its middle: 4 asin(a² / (a² + h²)).
+  const double a2 = std::pow(static_cast<double>(lighting.room.half_size), 2);
+  const double h2 = std::pow(0.25 * static_cast<double>(lighting.room.height), 2);
+  const auto share = static_cast<float>(4 * std::asin(a2 / (a2 + h2)) / (4 * kPiD));
+  const Rgb light = AmbientLight(lighting);
+  for (int c = 0; c < 3; ++c) {
+    const float expected = lighting.room.floor[c] * lamp.irradiance[c] * share;
+    EXPECT_NEAR(light[c], expected, 0.08F * expected);
+  }
+}
+
 // The person's shadow lies on the floor; where neither is, the picture is the plate.
 TEST(StudioPicture, BallShadowsTheFloorAndLeavesTheRestOfThePlate) {
   const Surface ball = Sphere({0, 0, 1}, 0.3F, 24);

@@ -88,6 +88,7 @@ class StudioRun {
           found, Fault::kUsage, "Studio preset \"{}\" has no light \"{}\".", preset_.name, name);
     }
     if (sequence.lights.empty()) lighting.environment = &environment_;
+    lighting.ambient = AmbientLight(lighting);
     lighting.environment_samples = preset_.environment_samples;
     return lighting;
   }

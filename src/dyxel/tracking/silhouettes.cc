@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include <opencv2/imgproc.hpp>
@@ -30,6 +31,7 @@ constexpr int kSpread = 6;
 struct Reading {
   cv::Mat1b evidence;
   cv::Mat1f belief;  // how strongly the picture speaks for the plate (or its shadow), in [0, 1]
+  cv::Mat1b lit;     // 255: the picture is not black
 };
 
 // A shadow takes away one lamp of several, so its colour may differ from the plate's by this much.
@@ -46,7 +48,9 @@ Reading ReadEvidence(const ImageF& picture,
                      const ImageF& plate,
                      const PlateNoise& noise,
                      const SilhouetteOptions& options) {
-  Reading r{cv::Mat1b(picture.height, picture.width), cv::Mat1f(picture.height, picture.width)};
+  Reading r{cv::Mat1b(picture.height, picture.width),
+            cv::Mat1f(picture.height, picture.width),
+            cv::Mat1b(picture.height, picture.width)};
   cv::Mat1f glare(picture.height, picture.width);
   for (int y = 0; y < picture.height; ++y) {
     for (int x = 0; x < picture.width; ++x) {
@@ -60,6 +64,7 @@ Reading ReadEvidence(const ImageF& picture,
   const auto sigmas = static_cast<float>(options.noise_threshold);
   const float threshold = sigmas * sigmas;
   const auto least_ratio = static_cast<float>(1 - options.shadow_tolerance);
+  const float black = sigmas * std::sqrt(noise.Variance(0));
   for (int y = 0; y < picture.height; ++y) {
     const float* p = &picture.data[picture.Index(0, y)];
     const float* b = &plate.data[plate.Index(0, y)];
@@ -85,8 +90,7 @@ Reading ReadEvidence(const ImageF& picture,
       } else if (worst <= threshold) {
         belief = std::min(1.0F, level / kSureLevel);
         e = level > 3 * sigmas ? kPlate : kUnknown;
-      } else if (darker && pb >= least_ratio * bb - sigmas * std::sqrt(bb)) {
-        // The black of a shadow is noise: as often below zero as above.
+      } else if (darker && pb >= least_ratio * bb) {
         const float ratio = std::max(0.0F, pb / bb);
         for (int c = 0; c < 3; ++c) {
           const float expected = ratio * b[c];
@@ -102,6 +106,7 @@ Reading ReadEvidence(const ImageF& picture,
       }
       r.evidence(y, x) = e;
       r.belief(y, x) = belief;
+      r.lit(y, x) = std::max({p[0], p[1], p[2]}) > black ? 255 : 0;
     }
   }
   return r;
@@ -128,20 +133,27 @@ bool DropSpecks(cv::Mat1b& mask) {
   return largest >= 20;
 }
 
-// Keeps the largest 8-connected component, and others of at least a fiftieth of its area that come
-// as near as a belt in the dark is wide. False where there is none.
-bool KeepLargest(cv::Mat1b& mask) {
+// Keeps the 8-connected component with the most lit pixels (of a black shadow and a person, the
+// person), and others of at least a fiftieth of its area that come as near as a belt in the dark is
+// wide. False where there is none.
+bool KeepLargest(cv::Mat1b& mask, const cv::Mat1b& lit) {
   cv::Mat labels, stats, centroids;
   const int n = cv::connectedComponentsWithStats(mask, labels, stats, centroids, 8);
-  int best = 0;
-  int area = 0;
-  for (int i = 1; i < n; ++i) {
-    if (stats.at<int>(i, cv::CC_STAT_AREA) > area) {
-      area = stats.at<int>(i, cv::CC_STAT_AREA);
-      best = i;
+  if (n < 2) return false;
+  std::vector<int> count(static_cast<std::size_t>(n), 0);
+  for (int y = 0; y < mask.rows; ++y) {
+    for (int x = 0; x < mask.cols; ++x) {
+      if (lit(y, x) != 0) ++count[static_cast<std::size_t>(labels.at<int>(y, x))];
     }
   }
-  if (best == 0) return false;
+  int best = 1;
+  for (int i = 2; i < n; ++i) {
+    const auto rank = [&](int l) {
+      return std::pair(count[static_cast<std::size_t>(l)], stats.at<int>(l, cv::CC_STAT_AREA));
+    };
+    if (rank(i) > rank(best)) best = i;
+  }
+  const int area = stats.at<int>(best, cv::CC_STAT_AREA);
   std::vector<bool> keep(static_cast<std::size_t>(n), false);
   keep[static_cast<std::size_t>(best)] = true;
   bool others = false;
@@ -379,11 +391,11 @@ ImageU8 ExtractSilhouette(const ImageF& picture,
   cv::Mat1b bridges;
   cv::morphologyEx(mask, bridges, cv::MORPH_CLOSE, Disc(8));
   mask |= bridges & (reading.evidence != static_cast<int>(kPlate)) & (reading.belief < 0.2F);
-  if (!KeepLargest(mask)) return ImageU8(picture.width, picture.height, 1);
+  if (!KeepLargest(mask, reading.lit)) return ImageU8(picture.width, picture.height, 1);
   FillHoles(mask, picture, plate, reading, noise, options);
   RefineBoundary(mask, picture, plate, noise, options);
   if (options.smooth_radius > 0) cv::medianBlur(mask, mask, 2 * options.smooth_radius + 1);
-  if (!KeepLargest(mask)) return ImageU8(picture.width, picture.height, 1);
+  if (!KeepLargest(mask, reading.lit)) return ImageU8(picture.width, picture.height, 1);
 
   // Where neither plate nor picture shows anything, a person in the dark would not show either.
   ImageU8 out(picture.width, picture.height, 1);
