@@ -61,7 +61,8 @@ void RunDemo(const fs::path& folder) {
   }
   GivenInputs inputs;
   inputs.capture = capture;
-  const Project project = OpenProject(folder / "project", inputs, {});
+  // A texel is 3 mm of the skin then, and a picture's pixel 5: more would only take longer.
+  const Project project = OpenProject(folder / "project", inputs, {"atlas.size=512"});
   Workspace workspace(project);
   const Job job = ProjectJob(workspace);
   RunStages(job, {.record_times = true});

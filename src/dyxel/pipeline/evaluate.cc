@@ -208,7 +208,7 @@ void MeasureReflectance(const Evaluation& e) {
         const DyxelTile tile = source.load(static_cast<int>(begin));
         Count part;
         for (int t = 0; t < tile.texels; ++t) {
-          std::bitset<19 * 16> bins;
+          std::bitset<304> bins;  // 19 by 16
           int samples = 0;
           for (int f = 0; f < tile.frames; ++f) {
             for (int l = 0; l < tile.lights; ++l) {
@@ -223,7 +223,7 @@ void MeasureReflectance(const Evaluation& e) {
                 const int theta =
                     static_cast<int>(std::acos(std::clamp(h.z(), -1.0F, 1.0F)) * 18 / kPi);
                 const int phi = static_cast<int>((std::atan2(h.y(), h.x()) / kPi + 1) * 6);
-                bins.set(static_cast<std::size_t>(theta * 16 + phi));
+                bins.set(16 * static_cast<std::size_t>(theta) + static_cast<std::size_t>(phi));
                 ++samples;
               }
             }

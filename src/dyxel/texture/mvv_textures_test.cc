@@ -268,6 +268,7 @@ TEST_F(MvvTexturesTest, BlendShowsEachTexelAsItsCamerasDo) {
   const std::vector<Camera> cameras = {MakeTubeCamera({4, 0.2, 1.0}, 600),
                                        MakeTubeCamera({1.5, -4, 0.7}, 600)};
   std::vector<Picture> pictures;
+  pictures.reserve(cameras.size());
   for (const Camera& camera : cameras) pictures.push_back(TakePicture(camera, {0, 0, 600, 600}));
   const MvvTextures textures = Make(cameras, pictures, {});
   const std::vector<std::vector<float>> weights =

@@ -20,7 +20,8 @@ float Coverage(int x, int y) {
   int hits = 0;
   for (int i = 0; i < 16; ++i) {
     const double u = x + (i % 4 + 0.5) / 4;
-    const double v = y + (i / 4 + 0.5) / 4;
+    const int row = i / 4;
+    const double v = y + (row + 0.5) / 4;
     const double head = std::hypot(u - 110, v - 40) / 20;
     const double body = std::hypot((u - 110) / 35, (v - 110) / 65);
     if (head < 1 || body < 1) ++hits;
@@ -150,6 +151,7 @@ TEST(FitPlateNoise, SeesTheNoiseOfAQuantisedBlackWall) {
       return image;
     };
     std::vector<ImageF> plates;
+    plates.reserve(static_cast<std::size_t>(count));
     for (int k = 0; k < count; ++k) plates.push_back(expose());
     const PlateNoise noise = FitPlateNoise(expose(), MeanPlate(plates), plates);
     const float variance =
