@@ -29,10 +29,19 @@ class MvvTexturesTest : public testing::Test {
         grid_(MakeTexelGrid(scene_.atlas)),
         surface_(PoseSurface(scene_.atlas, scene_.skin.triangles, scene_.skin.positions)) {}
 
-  MvvTextures Make(const std::vector<Camera>& cameras,
-                   const std::vector<Picture>& pictures,
-                   const std::vector<Light>& lights,
-                   const TextureOptions& options = {}) const {
+  // Square pictures of the tubes, `size` pixels a side.
+  [[nodiscard]] static std::vector<Picture> TakePictures(const std::vector<Camera>& cameras,
+                                                         int size) {
+    std::vector<Picture> pictures;
+    pictures.reserve(cameras.size());
+    for (const Camera& camera : cameras)
+      pictures.push_back(TakePicture(camera, {0, 0, size, size}));
+    return pictures;
+  }
+  [[nodiscard]] MvvTextures Make(const std::vector<Camera>& cameras,
+                                 const std::vector<Picture>& pictures,
+                                 const std::vector<Light>& lights,
+                                 const TextureOptions& options = {}) const {
     return MakeMvvTextures(scene_.atlas, grid_, surface_, cameras, pictures, lights, options);
   }
   [[nodiscard]] bool IsThin(std::size_t k) const {
@@ -110,8 +119,7 @@ TEST_F(MvvTexturesTest, TexelsTakeTheirOwnColourAndNothingElse) {
                                  MakeTubeCamera({1.5, -4, 0.7}, 600),
                                  MakeTubeCamera({-3.5, 1.5, 0.8}, 600)};
   cameras[1].distortion = {-0.2, 0.05, 0.003, -0.002, 0.01};
-  std::vector<Picture> pictures;
-  for (const Camera& camera : cameras) pictures.push_back(TakePicture(camera, {0, 0, 600, 600}));
+  const std::vector<Picture> pictures = TakePictures(cameras, 600);
   const MvvTextures textures = Make(cameras, pictures, {});
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     SCOPED_TRACE(c);
@@ -205,8 +213,7 @@ TEST_F(MvvTexturesTest, LampsThrowShadowsAndTheirEdgesAreNotTrusted) {
 TEST_F(MvvTexturesTest, DyxelsHoldTheExactGeometryOfTheirSamples) {
   const std::vector<Camera> cameras = {MakeTubeCamera({4, 0.2, 1.0}, 300),
                                        MakeTubeCamera({1.5, -4, 0.7}, 300)};
-  std::vector<Picture> pictures;
-  for (const Camera& camera : cameras) pictures.push_back(TakePicture(camera, {0, 0, 300, 300}));
+  const std::vector<Picture> pictures = TakePictures(cameras, 300);
   Light sun;
   sun.type = LightType::kDirectional;
   sun.direction = Vec3d(-1, -0.2, -0.1).normalized();
@@ -220,7 +227,7 @@ TEST_F(MvvTexturesTest, DyxelsHoldTheExactGeometryOfTheirSamples) {
   FillDyxelFrame(scene_.atlas, grid_, surface_, cameras, lights, textures, 0, 1, tile);
   int samples = 0;
   for (int t = 0; t < 500; ++t) {
-    const auto k = static_cast<std::size_t>(1000 + t);
+    const std::size_t k = 1000 + static_cast<std::size_t>(t);
     Vec3f n;
     const Vec3f x = Point(k, &n);
     // Tangent frame of an unmirrored tube: around, up, outwards.
@@ -267,9 +274,7 @@ TEST_F(MvvTexturesTest, DyxelsHoldTheExactGeometryOfTheirSamples) {
 TEST_F(MvvTexturesTest, BlendShowsEachTexelAsItsCamerasDo) {
   const std::vector<Camera> cameras = {MakeTubeCamera({4, 0.2, 1.0}, 600),
                                        MakeTubeCamera({1.5, -4, 0.7}, 600)};
-  std::vector<Picture> pictures;
-  pictures.reserve(cameras.size());
-  for (const Camera& camera : cameras) pictures.push_back(TakePicture(camera, {0, 0, 600, 600}));
+  const std::vector<Picture> pictures = TakePictures(cameras, 600);
   const MvvTextures textures = Make(cameras, pictures, {});
   const std::vector<std::vector<float>> weights =
       BlendWeights(scene_.atlas, grid_, surface_, cameras, textures);
