@@ -35,7 +35,8 @@ inline void SetMaps(Scene& scene,
   scene.maps.confidence = ImageF(n, n, 1, 0.75F);
   for (int i = 0; i < n * n; ++i) {
     for (int c = 0; c < 3; ++c)
-      scene.maps.diffuse.data[static_cast<std::size_t>(3 * i + c)] = diffuse[c];
+      scene.maps.diffuse.data[3 * static_cast<std::size_t>(i) + static_cast<std::size_t>(c)] =
+          diffuse[c];
     for (std::size_t p = 0; p < specular.size(); ++p) {
       scene.maps.specular.data[static_cast<std::size_t>(i) * specular.size() + p] = specular[p];
     }

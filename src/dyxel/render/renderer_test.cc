@@ -254,7 +254,9 @@ TEST(RendererTest, LanesGatherAsScalars) {
   internal::SampleBlock samples;
   for (int y = 3; y < screen.window.height && samples.count < 61; y += 7) {
     for (int x = 2; x < screen.window.width && samples.count < 61; x += 11) {
-      const auto at = static_cast<std::size_t>(y * screen.visibility.width + x);
+      const std::size_t at =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(screen.visibility.width) +
+          static_cast<std::size_t>(x);
       if (screen.visibility.triangle[at] < 0) continue;
       const auto i = static_cast<std::size_t>(samples.count++);
       samples.triangle[i] = screen.visibility.triangle[at];

@@ -214,7 +214,7 @@ std::vector<Rgb> GatherBounce(const Subject& subject,
           static_cast<int>(t), c};
     }
   }
-  ParallelForBlocks(n, 64 * kRays, [&](std::size_t begin, std::size_t end) {
+  ParallelForBlocks(n, std::size_t{64} * kRays, [&](std::size_t begin, std::size_t end) {
     for (std::size_t first = begin; first < end; first += kRays) {
       Points points;
       for (std::size_t i = 0; i < std::min<std::size_t>(kRays, end - first); ++i) {

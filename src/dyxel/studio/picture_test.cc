@@ -71,8 +71,9 @@ TEST(StudioPicture, LambertianPlaneUnderASpotHasItsClosedForm) {
       // The mean over the pixel.
       double expected = 0;
       for (int i = 0; i < 49; ++i) {
+        const int row = i / 7;
         const Vec3d in_cam((x + (i % 7 + 0.5) / 7 - camera.cx) / camera.fx,
-                           (y + (i / 7 + 0.5) / 7 - camera.cy) / camera.fy,
+                           (y + (row + 0.5) / 7 - camera.cy) / camera.fy,
                            1);
         const Vec3d ray = camera.cam_from_world.rotation.transpose() * in_cam;
         const Vec3d p = Vec3d(0.6, 0.4, 4.0) + ray * (3.0 / -ray.z());
