@@ -50,6 +50,7 @@ BlendedTexture BlendTexture(const MvvTextures& textures,
       if (static_cast<int>(c) == left_out) continue;
       for (std::size_t k = begin; k < end; ++k) {
         const float weight = weights[c][k];
+        if (weight <= 0) continue;
         for (std::size_t i = 3 * k; i < 3 * k + 3; ++i) {
           blended.radiance[i] += weight * textures.radiance[c][i];
         }

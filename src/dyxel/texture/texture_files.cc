@@ -7,6 +7,7 @@
 #include <mutex>
 
 #include <half.h>
+#include <tbb/task_arena.h>
 
 #include "dyxel/base/error.h"
 #include "dyxel/base/parallel.h"
@@ -149,14 +150,16 @@ MvvTextures ReadMvvTextures(const fs::path& folder,
     return static_cast<std::size_t>(grid.pixel[static_cast<std::size_t>(begin) + i]) - offset;
   };
   const std::vector<fs::path> files = MvvTextureFiles(folder, camera_names);
-  ParallelFor(camera_names.size(), [&](std::size_t c) {
+  const auto read = [&](std::size_t c) {
     const ImageF rows = ReadRows(files[c], grid.size, y0, y1, kTextureChannels);
     for (std::size_t i = 0; i < count; ++i) {
       const float* from = &rows.data[4 * at(i)];
       std::copy_n(from, 3, &textures.radiance[c][3 * i]);
       textures.weight[c][i] = from[3];
     }
-  });
+  };
+  // Isolated: a thread that waits here must not begin another tile, each of which is large.
+  tbb::this_task_arena::isolate([&] { ParallelFor(camera_names.size(), read); });
   if (num_lights == 0) return textures;
   const ImageF rows = ReadRows(
       files.back(), grid.size, y0, y1, LightChannels(static_cast<std::size_t>(num_lights)));

@@ -22,7 +22,8 @@ struct PlateNoise {
 
 // From the spread of three plates or more; else from how far the picture is off the plate in the
 // half of the pixels (at each radiance) that agree best, which the person does not reach. The
-// variance is that of picture minus plate. Never below what half floats and compression leave.
+// variance is that of picture minus plate. Never below what half floats and compression leave, nor
+// in the second case below that of rounding to the picture's smallest step.
 [[nodiscard]] PlateNoise FitPlateNoise(const ImageF& picture,
                                        const ImageF& plate,
                                        std::span<const ImageF> plates);

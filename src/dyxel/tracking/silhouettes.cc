@@ -136,7 +136,7 @@ bool DropSpecks(cv::Mat1b& mask) {
 // Keeps the 8-connected component with the most lit pixels (of a black shadow and a person, the
 // person), and others of at least a fiftieth of its area that come as near as a belt in the dark is
 // wide. False where there is none.
-bool KeepLargest(cv::Mat1b& mask, const cv::Mat1b& lit) {
+bool KeepPerson(cv::Mat1b& mask, const cv::Mat1b& lit) {
   cv::Mat labels, stats, centroids;
   const int n = cv::connectedComponentsWithStats(mask, labels, stats, centroids, 8);
   if (n < 2) return false;
@@ -391,11 +391,11 @@ ImageU8 ExtractSilhouette(const ImageF& picture,
   cv::Mat1b bridges;
   cv::morphologyEx(mask, bridges, cv::MORPH_CLOSE, Disc(8));
   mask |= bridges & (reading.evidence != static_cast<int>(kPlate)) & (reading.belief < 0.2F);
-  if (!KeepLargest(mask, reading.lit)) return ImageU8(picture.width, picture.height, 1);
+  if (!KeepPerson(mask, reading.lit)) return ImageU8(picture.width, picture.height, 1);
   FillHoles(mask, picture, plate, reading, noise, options);
   RefineBoundary(mask, picture, plate, noise, options);
   if (options.smooth_radius > 0) cv::medianBlur(mask, mask, 2 * options.smooth_radius + 1);
-  if (!KeepLargest(mask, reading.lit)) return ImageU8(picture.width, picture.height, 1);
+  if (!KeepPerson(mask, reading.lit)) return ImageU8(picture.width, picture.height, 1);
 
   // Where neither plate nor picture shows anything, a person in the dark would not show either.
   ImageU8 out(picture.width, picture.height, 1);

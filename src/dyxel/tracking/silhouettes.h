@@ -44,7 +44,7 @@ inline constexpr std::uint8_t kMaskPerson = 255;
 inline constexpr std::uint8_t kMaskUnknown = 64;
 
 // The mask (kMaskPerson, kMaskUnknown or 0) of one picture [h][w][3] against its plates (each
-// [h][w][3], at least one): the largest component, holes filled.
+// [h][w][3], at least one): the component with the most lit pixels, holes filled.
 [[nodiscard]] ImageU8 ExtractSilhouette(const ImageF& picture,
                                         std::span<const ImageF> plates,
                                         const SilhouetteOptions& options = {});
